@@ -1,0 +1,79 @@
+"""The strain energies of the solid phase W(E) [Pa] and the stresses that follow from them (eqs 17-20).
+
+A law is a function of the strain invariants and of named constants; its stress is S = dW/dE by symbolic
+differentiation. To add a law: write the function, name it in `LAWS`. Small-strain moduli: mu = 2 (alpha + beta)
+for every law, lambda as given (Yeoh: lambda + 4 alpha_Y1).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import ufl
+
+from cellmech.kinematics import Invariants
+
+BETA_OVER_MU = 1 / 0.4  # beta_MR = mu/0.4, printed below eq. 19
+
+
+def saint_venant(C: Invariants, *, lmbda, mu):
+    """lambda/2 (tr E)^2 + mu tr E^2 [Pa] (eq. 17)."""
+    return lmbda / 2 * C.trace**2 + mu * C.square
+
+
+def neo_hookean(C: Invariants, *, lmbda, mu):
+    """mu/2 (I1 - 3 - 2 ln J) + lambda/2 (ln J)^2 [Pa] (eq. 18)."""
+    return mu / 2 * C.I1_less_ln_I3 + lmbda / 2 * C.ln_J**2
+
+
+def mooney_rivlin(C: Invariants, *, lmbda, mu, beta):
+    """alpha (I1 - 3 I3^(1/3)) + beta (I2 - 3 I3^(2/3)) + lambda_MR/2 (ln J)^2 [Pa] (eq. 19).
+
+    alpha = mu/2 - beta and lambda_MR = lambda + 2 mu/3; alpha < 0 at the printed beta = mu/0.4.
+    """
+    alpha = mu / 2 - beta
+    return alpha * C.I1_less_root + beta * C.I2_less_root + (lmbda + 2 * mu / 3) / 2 * C.ln_J**2
+
+
+def yeoh(C: Invariants, *, lmbda, mu, beta, i1_rest):
+    """W_MR + alpha_Y1/2 (I1 - i1_rest)^2 + alpha_Y2/3 (I1 - i1_rest)^3 [Pa] (eq. 20).
+
+    alpha_Y1 = -0.5 alpha, alpha_Y2 = 0.1 alpha. i1_rest = 3 is free of stress at rest; i1_rest = 0 is eq. 20 as
+    printed, whose stress at rest is -1.2 alpha I.
+    """
+    alpha = mu / 2 - beta
+    i1 = C.I1_gap + (3 - i1_rest)
+    return mooney_rivlin(C, lmbda=lmbda, mu=mu, beta=beta) - 0.5 * alpha / 2 * i1**2 + 0.1 * alpha / 3 * i1**3
+
+
+LAWS: dict[str, Callable[..., ufl.core.expr.Expr]] = {
+    "saint-venant": saint_venant,
+    "neo-hookean": neo_hookean,
+    "mooney-rivlin": mooney_rivlin,
+    "yeoh": yeoh,
+}
+
+
+def energy_and_stress(law: Callable[..., ufl.core.expr.Expr], E, **constants):
+    """W [Pa] and S = dW/dE [Pa], the second Piola-Kirchhoff stress of the solid phase.
+
+    Args:
+        law: one of `LAWS`, or any function of (Invariants, **constants).
+        E: 3-D Green-Lagrange strain, shape (3, 3).
+        constants: the law's moduli [Pa], floats or UFL.
+    """
+    variable = ufl.variable(E)
+    W = law(Invariants(variable), **constants)
+    return W, ufl.diff(W, variable)
+
+
+def lame(young: float, poisson: float, printed: bool = False) -> tuple[float, float]:
+    """lambda and mu [Pa] from E [Pa] and nu [-] (eq. 17).
+
+    Args:
+        young: Young's modulus [Pa].
+        poisson: Poisson's ratio [-].
+        printed: take lambda = E nu/(1 - 2 nu), as eq. 17 prints it, instead of E nu/((1 + nu)(1 - 2 nu)).
+    """
+    factor = 1.0 if printed else 1.0 + poisson
+    return young * poisson / (factor * (1 - 2 * poisson)), young / (2 * (1 + poisson))

@@ -1,0 +1,97 @@
+"""Where the work of gravity goes: stored, dissipated, done against the contact, kinetic [Pa µm^2]."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import ufl
+from dolfinx import fem
+from dolfinx.fem import petsc
+from petsc4py import PETSc
+
+from cellmech.forms import compile_form
+from cellmech.residual import Body, State, contact_work, load_work, stored_energy, viscous_work
+
+
+class Ledger:
+    """Integrates the works over accepted steps by the trapezoidal rule, second order in the step.
+
+    The follower traction of the contact has no potential, so its energy is the time integral of its power.
+    Serves one body; after a change of its obstacles `rebind` it.
+    """
+
+    def __init__(self, body: Body, state: State) -> None:
+        self.load_work = self.dissipated = self.contact_work = 0.0
+        self._amplitude = 0.0
+        self.rebind(body, state)
+        self.rest()
+
+    def rebind(self, body: Body, state: State) -> None:
+        """Compile the forms of a body whose obstacles changed, keeping what has been integrated."""
+        self.body, self.state = body, state
+        comm = body.domain.mesh.comm
+        w = ufl.TestFunction(body.space)
+        self._stored = compile_form(stored_energy(body, state), comm)
+        terms = {"load": load_work(body, w), "viscous": viscous_work(body, state, w), "contact": contact_work(body, state, w)}
+        self._terms = {name: compile_form(form, comm) for name, form in terms.items() if form is not None}
+        self._owned = body.space.dofmap.index_map.size_local * 2
+        self.load_vector = self._assemble("load")
+
+    def _assemble(self, name: str) -> np.ndarray:
+        if name not in self._terms:
+            return np.zeros(self._owned)
+        vector: PETSc.Vec = petsc.assemble_vector(self._terms[name])
+        vector.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
+        return vector.getArray().copy()
+
+    def _sum(self, values: Any) -> Any:
+        return self.body.domain.mesh.comm.allreduce(values)
+
+    def rest(self) -> None:
+        """Start from the current displacement, free of force."""
+        self._earlier = self.state.u.x.array[: self._owned].copy()
+        self._forces = {"viscous": np.zeros(self._owned), "contact": np.zeros(self._owned)}
+
+    def begin(self, amplitude: float) -> None:
+        """State the load amplitude [-] at which the body is at rest at the start (0, or 1 when it is switched on)."""
+        self._amplitude = amplitude
+
+    def contact_force(self) -> np.ndarray:
+        """Resultant of the obstacles on the modelled body now [Pa µm], shape (2,). Collective."""
+        return self._sum(self._assemble("contact").reshape(-1, 2).sum(axis=0))
+
+    def load_resultant(self) -> np.ndarray:
+        """Resultant of the dead loads at full amplitude [Pa µm], shape (2,). Collective."""
+        return self._sum(self.load_vector.reshape(-1, 2).sum(axis=0))
+
+    def stored(self) -> float:
+        """Strain energy now [Pa µm^2]. Collective."""
+        return float(self._sum(fem.assemble_scalar(self._stored)))
+
+    def kinetic(self) -> float:
+        """Kinetic energy after the last accepted step [Pa µm^2]; 0 for a quasi-static body. Collective."""
+        if self.body.density is None:
+            return 0.0
+        if not hasattr(self, "_kinetic"):
+            v = self.state.v_n
+            form = 0.5 * self.body.density * ufl.dot(v, v) * self.body.domain.dx(self.body.bulk_degree)
+            self._kinetic = compile_form(form, self.body.domain.mesh.comm)
+        return float(self._sum(fem.assemble_scalar(self._kinetic)))
+
+    def add_step(self, amplitude: float) -> None:
+        """Book the step from the last accepted displacement to the current one. Call before history moves; collective."""
+        u = self.state.u.x.array[: self._owned]
+        forces = {name: self._assemble(name) for name in self._forces}
+        du = u - self._earlier
+        works = self._sum(
+            np.array([
+                (self._amplitude + amplitude) / 2 * self.load_vector @ du,
+                (self._forces["viscous"] + forces["viscous"]) @ du / 2,
+                -(self._forces["contact"] + forces["contact"]) @ du / 2,
+            ])
+        )
+        self.load_work += float(works[0])
+        self.dissipated += float(works[1])
+        self.contact_work += float(works[2])
+        self._earlier, self._forces, self._amplitude = u.copy(), forces, amplitude

@@ -1,0 +1,39 @@
+"""The three kinds of error a user can meet: bad input, a bad mesh, a failed solve."""
+
+from __future__ import annotations
+
+
+class CellmechError(Exception):
+    """Base of every error this package raises on purpose."""
+
+
+class InputError(CellmechError):
+    """A scene, study or command line that breaks a rule (exit status 2).
+
+    Args:
+        where: the file or command-line option at fault.
+        key: dotted key inside it, "" when the file as a whole is meant.
+        rule: the rule that is broken, with its unit.
+        got: the value found; None when there is none to show.
+        hint: what to do about it.
+    """
+
+    def __init__(self, where: str, key: str, rule: str, got: object = None, hint: str = "") -> None:
+        self.where, self.key, self.rule, self.got, self.hint = where, key, rule, got, hint
+        parts = [where] + ([key] if key else []) + [rule]
+        text = ": ".join(parts)
+        if got is not None:
+            text += f"; got {got!r}"
+        super().__init__(f"{text}. {hint}".rstrip() if hint else text)
+
+    def __reduce__(self) -> tuple[type[InputError], tuple[str, str, str, object, str]]:
+        """Pickle by arguments, so that the error can be broadcast to every rank."""
+        return InputError, (self.where, self.key, self.rule, self.got, self.hint)
+
+
+class MeshError(CellmechError):
+    """A mesh that cannot carry a computation: inverted elements, missing groups."""
+
+
+class SolveError(CellmechError):
+    """A nonlinear solve or a time loop that stopped; the text gives the physical reason."""

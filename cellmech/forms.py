@@ -1,0 +1,69 @@
+"""Compiling forms and expressions once, safely, and evaluating them.
+
+FFCx marks a compilation by the C file it is about to write; a killed compiler leaves that file behind and every later
+run waits for it and fails. Compilations here are serialised by a lock the operating system releases with the
+process, and what a killed one left is removed under that lock.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from dolfinx import fem
+from mpi4py import MPI
+
+COMPILER_ARGUMENTS = ["-O2", "-g0"]
+
+
+def cache_directory() -> Path:
+    """Where compiled forms are kept: $XDG_CACHE_HOME/cellmech, or ~/.cache/cellmech."""
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "cellmech"
+
+
+@contextmanager
+def _compiling(comm: MPI.Comm) -> Iterator[dict[str, Any]]:
+    """The options to compile with, while no other process compiles into the same place."""
+    directory = cache_directory()
+    options = {"cache_dir": str(directory), "cffi_extra_compile_args": COMPILER_ARGUMENTS, "timeout": 600}
+    if comm.rank != 0:
+        yield options
+        return
+    directory.mkdir(parents=True, exist_ok=True)
+    with open(directory / "lock", "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        for source in directory.glob("libffcx_*.c"):
+            if not source.with_suffix(".c.cached").exists():
+                source.unlink()
+        yield options
+
+
+def compile_form(form: Any, comm: MPI.Comm) -> Any:
+    """The compiled form (collective on comm)."""
+    with _compiling(comm) as options:
+        return fem.form(form, jit_params=options)
+
+
+class PointValues:
+    """A UFL expression evaluated at fixed reference points of many cells.
+
+    Args:
+        expression: scalar, vector or tensor UFL expression.
+        points: reference points [-], shape (n_points, 2).
+        comm: communicator of the mesh.
+    """
+
+    def __init__(self, expression: Any, points: np.ndarray, comm: MPI.Comm) -> None:
+        with _compiling(comm) as options:
+            self._expression = fem.Expression(expression, np.asarray(points, dtype=float), jit_params=options)
+        self.n_points = len(points)
+
+    def __call__(self, cells: np.ndarray) -> np.ndarray:
+        """Values at the points of the cells, shape (n_cells, n_points, value_size)."""
+        values = self._expression.eval(cells)
+        return values.reshape(len(cells), self.n_points, -1)

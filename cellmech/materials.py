@@ -1,0 +1,132 @@
+"""Which material is where: constants per named group of cells, or blended smoothly (eqs 1-13)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import ufl
+from dolfinx import fem
+
+from cellmech.domain import Domain
+from cellmech.energies import energy_and_stress
+from cellmech.fluid import fluid_stress
+from cellmech.kinematics import dilatation_rate
+
+
+@dataclass(frozen=True)
+class Material:
+    """A solid and a fluid that deform together, S = c_s S_s + c_f S_f (eqs 6, 7).
+
+    Args:
+        law: a strain energy of `cellmech.energies`, or any function of (Invariants, **constants).
+        constants: what the law needs, moduli in Pa.
+        fluid_fraction: c_f [-]; the solid's is 1 - c_f (eqs 10-13).
+        fluid_lambda, fluid_mu: volumetric and shear viscosity [Pa s].
+    """
+
+    law: Callable[..., ufl.core.expr.Expr]
+    constants: Mapping[str, float] = field(default_factory=dict)
+    fluid_fraction: float = 0.0
+    fluid_lambda: float = 0.0
+    fluid_mu: float = 0.0
+
+    @property
+    def rate_dependent(self) -> bool:
+        """Whether the fluid carries any stress."""
+        return self.fluid_fraction > 0 and (self.fluid_lambda > 0 or self.fluid_mu > 0)
+
+    def numbers(self) -> dict[str, float]:
+        """Every constant that may vary from group to group, mixture fractions applied to the viscosities."""
+        return {
+            **self.constants,
+            "solid_fraction": 1.0 - self.fluid_fraction,
+            "viscosity_lambda": self.fluid_fraction * self.fluid_lambda,
+            "viscosity_mu": self.fluid_fraction * self.fluid_mu,
+        }
+
+
+@dataclass(frozen=True)
+class Mixture:
+    """The groups of cells that share one law, with that law's constants as UFL coefficients."""
+
+    names: tuple[str, ...]
+    law: Callable[..., ufl.core.expr.Expr]
+    constants: Mapping[str, Any]
+    solid_fraction: Any
+    viscosity_lambda: Any
+    viscosity_mu: Any
+    rate_dependent: bool
+
+    def solid(self, E):
+        """c_s W and c_s S_s [Pa] at the 3-D strain E (eqs 6, 17-20)."""
+        W, S = energy_and_stress(self.law, E, **self.constants)
+        return self.solid_fraction * W, self.solid_fraction * S
+
+    def fluid(self, F, E_dot):
+        """c_f S_f [Pa] (eqs 6, 23); F and E_dot both plane or both 3-D."""
+        return fluid_stress(F, dilatation_rate(E_dot), self.viscosity_lambda, self.viscosity_mu)
+
+
+def mixtures(
+    domain: Domain, materials: Mapping[str, Material], blend: Mapping[str, ufl.core.expr.Expr] | None = None
+) -> tuple[Mixture, ...]:
+    """Group the materials by law.
+
+    Args:
+        domain: the mesh and its named groups.
+        materials: material by group name (every group of the domain), or by blended layer when `blend` is given.
+        blend: weight g_i of each material [-], UFL (eqs 8, 9: E = sum g_i E_i); all materials must share one law.
+
+    Raises:
+        ValueError: a group without material, or blended materials of different laws.
+    """
+    if blend is not None:
+        laws = {m.law for m in materials.values()}
+        if len(laws) != 1:
+            raise ValueError(f"blended layers need one law, got {len(laws)}")
+        return (_mixture(domain, tuple(domain.cells), materials, blend),)
+    missing = set(domain.cells) - set(materials)
+    if missing:
+        raise ValueError(f"no material for the groups {sorted(missing)}")
+    by_law: dict[Any, list[str]] = {}
+    for name in domain.cells:
+        by_law.setdefault(materials[name].law, []).append(name)
+    return tuple(_mixture(domain, tuple(names), {n: materials[n] for n in names}, None) for names in by_law.values())
+
+
+def _mixture(domain: Domain, names: tuple[str, ...], materials: Mapping[str, Material], blend: Any) -> Mixture:
+    members = {name: material.numbers() for name, material in materials.items()}
+    keys = next(iter(members.values()))
+    coefficients = {}
+    for key in keys:
+        values = {name: numbers[key] for name, numbers in members.items()}
+        if len(set(values.values())) == 1:
+            coefficients[key] = fem.Constant(domain.mesh, float(next(iter(values.values()))))
+        elif blend is not None:
+            coefficients[key] = sum(fem.Constant(domain.mesh, float(values[n])) * blend[n] for n in values)
+        else:
+            coefficients[key] = _piecewise(domain, values)
+    return Mixture(
+        names=names,
+        law=next(iter(materials.values())).law,
+        solid_fraction=coefficients.pop("solid_fraction"),
+        viscosity_lambda=coefficients.pop("viscosity_lambda"),
+        viscosity_mu=coefficients.pop("viscosity_mu"),
+        rate_dependent=any(m.rate_dependent for m in materials.values()),
+        constants=coefficients,
+    )
+
+
+def _piecewise(domain: Domain, values: Mapping[str, float]) -> fem.Function:
+    """A cell-wise constant function with the given value on each named group."""
+    function = fem.Function(fem.FunctionSpace(domain.mesh, ("DG", 0)))
+    tags = domain.cell_tags
+    for name, value in values.items():
+        cells = tags.indices[tags.values == domain.cells[name]]
+        dofs = np.array([function.function_space.dofmap.cell_dofs(c)[0] for c in cells], dtype=np.int64)
+        function.x.array[dofs] = value
+    function.x.scatter_forward()
+    return function

@@ -1,0 +1,154 @@
+"""A named boundary line of the mesh as numpy arrays: where its edges are now, and where obstacles stand to them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from dolfinx import fem
+from mpi4py import MPI
+
+from cellmech.contact import Obstacle
+from cellmech.domain import Domain
+
+GAUSS_POINTS = 8
+BISECTIONS = 45
+
+
+def depth(obstacle: Obstacle, x: np.ndarray) -> np.ndarray:
+    """Depth l/|grad l| [µm] of points inside an obstacle, as `contact.depth_and_normal` has it.
+
+    Args:
+        obstacle: the obstacle.
+        x: points [µm], shape (..., 2).
+    """
+    gx, gy = obstacle.gradient(x[..., 0], x[..., 1])
+    norm = np.sqrt(np.maximum(gx * gx + gy * gy, obstacle.length_um ** (-2)))
+    return obstacle.level_set(x[..., 0], x[..., 1]) / norm
+
+
+def deepest(obstacles: Iterable[Obstacle], x: np.ndarray) -> np.ndarray:
+    """Largest depth over the obstacles [µm], -inf without any; shape x.shape[:-1]."""
+    result = np.full(x.shape[:-1], -np.inf)
+    for obstacle in obstacles:
+        np.maximum(result, depth(obstacle, x), out=result)
+    return result
+
+
+class Outline:
+    """The edges of one facet group that this rank owns.
+
+    Args:
+        domain: the mesh.
+        space: displacement space, of the mesh's own degree.
+        name: facet group; an absent one gives an empty outline.
+    """
+
+    def __init__(self, domain: Domain, space: fem.FunctionSpace, name: str) -> None:
+        mesh, tags = domain.mesh, domain.facet_tags
+        self.comm: MPI.Comm = mesh.comm
+        facets = tags.indices[tags.values == domain.facets[name]] if name in domain.facets else np.empty(0, np.int32)
+        facets = facets[facets < mesh.topology.index_map(1).size_local]
+        mesh.topology.create_connectivity(1, 2)
+        mesh.topology.create_connectivity(2, 1)
+        to_cell, to_facet = mesh.topology.connectivity(1, 2), mesh.topology.connectivity(2, 1)
+        dofs = []
+        for facet in facets:
+            cell = to_cell.links(facet)[0]
+            local = int(np.nonzero(to_facet.links(cell) == facet)[0][0])
+            closure = space.dofmap.dof_layout.entity_closure_dofs(1, local)
+            dofs.append(space.dofmap.cell_dofs(cell)[closure])
+        n_nodes = space.element.basix_element.degree + 1
+        self.dofs = np.array(dofs, dtype=np.int64).reshape(-1, n_nodes)
+        self.dofs = self._counter_clockwise(space.tabulate_dof_coordinates()[:, :2])
+        self.reference = space.tabulate_dof_coordinates()[self.dofs, :2]
+
+    def _counter_clockwise(self, coordinates: np.ndarray) -> np.ndarray:
+        """The edges' dofs with their ends ordered so that the outline runs counter-clockwise about its mean point."""
+        ends = coordinates[self.dofs[:, :2]]
+        total = self.comm.allreduce(np.append(ends.sum(axis=(0, 1)), ends.shape[0] * 2))
+        a, b = np.moveaxis(ends - total[:2] / max(total[2], 1.0), 1, 0)
+        clockwise = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0] < 0
+        dofs = self.dofs.copy()
+        dofs[clockwise, :2] = dofs[clockwise, 1::-1]
+        return dofs
+
+    def displacement(self, u: fem.Function) -> np.ndarray:
+        """Displacement of the edges' nodes [µm], shape (n_edges, n_nodes, 2): two ends, then the middle."""
+        return u.x.array.reshape(-1, 2)[self.dofs]
+
+    def nodes(self, u: fem.Function) -> np.ndarray:
+        """Positions of the edges' nodes [µm], shape (n_edges, n_nodes, 2)."""
+        return self.reference + self.displacement(u)
+
+    def extent(self, u: fem.Function) -> tuple[float, float]:
+        """Length of the deformed outline [µm] and the area int x dy it encloses [µm^2]. Collective.
+
+        A half cell's outline is closed by its axis, which lies on x = 0 and adds nothing to the integral.
+        """
+        x = self.nodes(u)
+        s, weight = np.polynomial.legendre.leggauss(GAUSS_POINTS)
+        position, tangent = along(x, (s + 1) / 2), slope(x, (s + 1) / 2)
+        length = float(np.sum(np.linalg.norm(tangent, axis=-1) * weight / 2))
+        area = float(np.sum(position[..., 0] * tangent[..., 1] * weight / 2))
+        return self.comm.allreduce(length), self.comm.allreduce(area)
+
+    def max_depth(self, u: fem.Function, obstacles: Iterable[Obstacle]) -> float:
+        """Largest depth of the outline in the obstacles [µm], at nodes and between them; -inf if empty. Collective."""
+        x = along(self.nodes(u), np.linspace(0.0, 1.0, 9))
+        mine = float(np.max(deepest(obstacles, x), initial=-np.inf))
+        return self.comm.allreduce(mine, op=MPI.MAX)
+
+    def contact_length_x(self, u: fem.Function, obstacles: Iterable[Obstacle], threshold: float) -> float:
+        """Length along x of the part of the deformed outline deeper than the threshold [µm]. Collective.
+
+        Args:
+            u: displacement.
+            obstacles: what is touched.
+            threshold: depth at which the pressure falls to zero [µm].
+        """
+        obstacles = list(obstacles)
+        x = self.nodes(u)
+        s = np.linspace(0.0, 1.0, 9)
+        d = deepest(obstacles, along(x, s)) - threshold
+        total = 0.0
+        for k in range(len(s) - 1):
+            a, b = d[:, k] > 0, d[:, k + 1] > 0
+            lo, hi = np.full(len(x), s[k]), np.full(len(x), s[k + 1])
+            crossing = a != b
+            left, right = lo.copy(), hi.copy()
+            for _ in range(BISECTIONS if crossing.any() else 0):
+                middle = (left + right) / 2
+                inside = deepest(obstacles, _at(x, middle)) > threshold
+                left = np.where(inside == a, middle, left)
+                right = np.where(inside == a, right, middle)
+            start, end = np.where(a, lo, left), np.where(b, hi, left)
+            touching = a | b
+            total += float(np.sum(np.abs(_at(x, end) - _at(x, start))[touching, 0]))
+        return self.comm.allreduce(total)
+
+
+def along(x: np.ndarray, s: np.ndarray) -> np.ndarray:
+    """Points of the edges at parameters s in [0, 1], shape (n_edges, len(s), 2)."""
+    return np.einsum("sn,enc->esc", _shape(s, x.shape[1]), x)
+
+
+def slope(x: np.ndarray, s: np.ndarray) -> np.ndarray:
+    """dx/ds of the edges at parameters s, shape (n_edges, len(s), 2)."""
+    if x.shape[1] == 2:
+        shape = np.stack([-np.ones_like(s), np.ones_like(s)], axis=-1)
+    else:
+        shape = np.stack([4 * s - 3, 4 * s - 1, 4 - 8 * s], axis=-1)
+    return np.einsum("sn,enc->esc", shape, x)
+
+
+def _at(x: np.ndarray, s: np.ndarray) -> np.ndarray:
+    """One point per edge, at its own parameter; shape (n_edges, 2)."""
+    return np.einsum("en,enc->ec", _shape(s, x.shape[1]), x)
+
+
+def _shape(s: np.ndarray, n_nodes: int) -> np.ndarray:
+    """Lagrange functions of an edge (ends, then middle) at s, shape (len(s), n_nodes)."""
+    if n_nodes == 2:
+        return np.stack([1 - s, s], axis=-1)
+    return np.stack([(1 - s) * (1 - 2 * s), s * (2 * s - 1), 4 * s * (1 - s)], axis=-1)

@@ -1,0 +1,171 @@
+"""Equilibrium of the deforming body: eq. 32 as a weak form, with only the terms that are asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import ufl
+from dolfinx import fem
+
+from cellmech.contact import Contact, Obstacle
+from cellmech.domain import Domain
+from cellmech.kinematics import deformation_gradient, embed, green_lagrange, plane
+from cellmech.materials import Mixture
+
+BULK_DEGREE = 4  # quadrature degree of the bulk terms
+CONTACT_DEGREE = 9  # of the contact terms, whose integrand has a kink inside an element
+
+
+@dataclass(frozen=True)
+class Body:
+    """A mechanical problem, free of any scene: what moves, what it is made of, what acts on it.
+
+    Args:
+        domain: mesh and named groups.
+        mixtures: materials (`cellmech.materials.mixtures`).
+        bcs: homogeneous or fixed Dirichlet conditions on the displacement, built on `space`.
+        body_force: dead force per reference volume at full load [Pa/µm], shape (2,).
+        tractions: dead traction per reference area [Pa] by name of the facet group.
+        contact: how obstacles push, None without any.
+        obstacles: the obstacles that are modelled.
+        density: [Pa s^2/µm^2] when inertia is modelled, None for a quasi-static body.
+        amplitude: load factor as a function of time [s], 0 … 1.
+        bulk_degree, contact_degree: quadrature degrees.
+    """
+
+    domain: Domain
+    mixtures: tuple[Mixture, ...]
+    space: fem.FunctionSpace
+    bcs: tuple[Any, ...] = ()
+    body_force: tuple[float, float] = (0.0, 0.0)
+    tractions: dict[str, Sequence[float]] | None = None
+    contact: Contact | None = None
+    obstacles: tuple[Obstacle, ...] = ()
+    density: float | None = None
+    amplitude: Callable[[float], float] = lambda t: 1.0
+    bulk_degree: int = BULK_DEGREE
+    contact_degree: int = CONTACT_DEGREE
+
+    @property
+    def rate_dependent(self) -> bool:
+        """Whether any stress depends on rate, or inertia is modelled: whether time is more than a load parameter."""
+        return self.density is not None or any(m.rate_dependent for m in self.mixtures)
+
+
+class TimeDerivative:
+    """d/dt at the current time as a0 (.) + a1 (.)_n + a2 (.)_{n-1}; the a's are set by the time loop [1/s]."""
+
+    def __init__(self, mesh: Any) -> None:
+        self._a = [fem.Constant(mesh, 0.0) for _ in range(3)]
+
+    def set(self, a: Sequence[float]) -> None:
+        """Set the coefficients [1/s]."""
+        for constant, value in zip(self._a, a, strict=True):
+            constant.value = value
+
+    def __call__(self, now: Any, before: Any, earlier: Any) -> Any:
+        """The derivative of a symbolic quantity given at the three times."""
+        return self._a[0] * now + self._a[1] * before + self._a[2] * earlier
+
+
+class State:
+    """Displacement now and at the two accepted times before [µm], and the rates the forms are made of."""
+
+    def __init__(self, body: Body) -> None:
+        V = body.space
+        self.u, self.u_n, self.u_nn = (fem.Function(V) for _ in range(3))
+        self.v_n, self.v_nn = (fem.Function(V) for _ in range(2))
+        self.ddt = TimeDerivative(V.mesh)
+
+    def strain_rate(self) -> Any:
+        """dE/dt [1/s], shape (2, 2): BDF acts on the strain itself, so that rotations cause no stress."""
+        return self.ddt(green_lagrange(self.u), green_lagrange(self.u_n), green_lagrange(self.u_nn))
+
+    def velocity(self) -> Any:
+        """du/dt [µm/s]."""
+        return self.ddt(self.u, self.u_n, self.u_nn)
+
+    def acceleration(self) -> Any:
+        """d^2u/dt^2 [µm/s^2]."""
+        return self.ddt(self.velocity(), self.v_n, self.v_nn)
+
+    def rest(self) -> None:
+        """Take the current displacement as one of rest: it was the same at all earlier times."""
+        self.u_n.x.array[:] = self.u.x.array
+        self.u_nn.x.array[:] = self.u.x.array
+
+    def advance(self, a: Sequence[float], inertia: bool) -> None:
+        """Make the current displacement the last accepted one; velocities by the formula of the step, a [1/s]."""
+        if inertia:
+            self.v_nn.x.array[:] = self.v_n.x.array
+            self.v_n.x.array[:] = a[0] * self.u.x.array + a[1] * self.u_n.x.array + a[2] * self.u_nn.x.array
+        self.u_nn.x.array[:] = self.u_n.x.array
+        self.u_n.x.array[:] = self.u.x.array
+
+
+def stored_energy(body: Body, state: State) -> ufl.Form:
+    """Sum of c_s W over the body [Pa µm^2]."""
+    E = embed(green_lagrange(state.u))
+    return sum(m.solid(E)[0] * body.domain.dx(body.bulk_degree, m.names) for m in body.mixtures)
+
+
+def internal_work(body: Body, state: State, w: Any) -> ufl.Form:
+    """Virtual work of the solid stress, int P : grad w dV with P = F c_s S_s [Pa µm] (eqs 6, 32)."""
+    F, E = deformation_gradient(state.u), embed(green_lagrange(state.u))
+    return sum(
+        ufl.inner(F * plane(m.solid(E)[1]), ufl.grad(w)) * body.domain.dx(body.bulk_degree, m.names)
+        for m in body.mixtures
+    )
+
+
+def viscous_work(body: Body, state: State, w: Any) -> ufl.Form | None:
+    """Virtual work of the fluid stress, P = F c_f S_f [Pa µm] (eqs 6, 23); None where no fluid carries stress."""
+    F, E_dot = deformation_gradient(state.u), state.strain_rate()
+    terms = [
+        ufl.inner(F * m.fluid(F, E_dot), ufl.grad(w)) * body.domain.dx(body.bulk_degree, m.names)
+        for m in body.mixtures
+        if m.rate_dependent
+    ]
+    return sum(terms) if terms else None
+
+
+def inertial_work(body: Body, state: State, w: Any) -> ufl.Form | None:
+    """Virtual work of rho a [Pa µm] (eq. 32); None for a quasi-static body."""
+    if body.density is None:
+        return None
+    rho = fem.Constant(body.domain.mesh, body.density)
+    return rho * ufl.dot(state.acceleration(), w) * body.domain.dx(body.bulk_degree)
+
+
+def contact_work(body: Body, state: State, w: Any) -> ufl.Form | None:
+    """Virtual work of the obstacles on the body, terms added as in eq. 27 [Pa µm]; None without obstacles."""
+    if body.contact is None or not body.obstacles:
+        return None
+    dx, ds = body.domain.dx(body.contact_degree), body.domain.ds(body.contact_degree, ("outer",))
+    return sum(body.contact.virtual_work(state.u, w, obstacle, dx, ds) for obstacle in body.obstacles)
+
+
+def load_work(body: Body, w: Any) -> ufl.Form:
+    """Virtual work of the dead loads at full amplitude [Pa µm] (eqs 24, 32)."""
+    mesh = body.domain.mesh
+    force = fem.Constant(mesh, np.array(body.body_force, dtype=float))
+    work = ufl.dot(force, w) * body.domain.dx(body.bulk_degree)
+    for name, traction in (body.tractions or {}).items():
+        work += ufl.dot(fem.Constant(mesh, np.array(traction, dtype=float)), w) * body.domain.ds(body.bulk_degree, (name,))
+    return work
+
+
+def equilibrium(body: Body, state: State, amplitude: Any) -> tuple[ufl.Form, ufl.Form]:
+    """Residual R(u; w) of eq. 32 [Pa µm] and its tangent K = dR/du, always by `ufl.derivative`."""
+    w, du = ufl.TestFunction(body.space), ufl.TrialFunction(body.space)
+    R = internal_work(body, state, w) - amplitude * load_work(body, w)
+    for resisting in (viscous_work(body, state, w), inertial_work(body, state, w)):
+        if resisting is not None:
+            R += resisting
+    contact = contact_work(body, state, w)
+    if contact is not None:
+        R -= contact
+    return R, ufl.derivative(R, state.u, du)

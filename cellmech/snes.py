@@ -1,0 +1,274 @@
+"""The nonlinear solve: Newton with line search, a direct factorisation, and a watch on det F. The only SNES/KSP code."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import basix
+import numpy as np
+import ufl
+from dolfinx import fem
+from dolfinx.fem import petsc
+from mpi4py import MPI
+from petsc4py import PETSc
+
+from cellmech.forms import PointValues, compile_form
+from cellmech.kinematics import deformation_gradient
+from cellmech.residual import Body, State, equilibrium
+
+ROUND_OFF_SLACK = 1e3  # a line search stalled this close to the tolerance has met round-off, not trouble
+MAX_ITERATIONS = 30
+
+_counter = itertools.count()
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a solve did.
+
+    Args:
+        converged: whether the residual met the tolerance.
+        iterations: Newton iterations.
+        factorisations: tangents assembled and factorised.
+        residual: its 2-norm at the end [Pa µm].
+        reason: why it did not converge, in physical terms; "" otherwise.
+    """
+
+    converged: bool
+    iterations: int
+    factorisations: int
+    residual: float
+    reason: str = ""
+
+
+class RigidModes:
+    """Rigid motions that nothing resists, taken out by a constraint: mean rotation 0, mean u_x 0.
+
+    Newton runs in the space of displacements orthogonal to the modes and on the residual projected onto it. The
+    tangent is made regular by springs at two nodes, whose effect is removed exactly (Sherman-Morrison-Woodbury).
+
+    Args:
+        vectors: orthonormal PETSc vectors b_k; the constraint is b_k . u = 0.
+        pins: owned dofs (process-local numbering) that get a spring; two in all over the ranks.
+        names: of the modes, for messages.
+    """
+
+    def __init__(self, vectors: Sequence[PETSc.Vec], pins: Sequence[int], names: Sequence[str]) -> None:
+        self.vectors, self.names = list(vectors), list(names)
+        start, _ = vectors[0].getOwnershipRange()
+        comm = vectors[0].getComm().tompi4py()
+        self.pins = sorted(p for part in comm.allgather([start + int(p) for p in pins]) for p in part)
+        self.reactions = [0.0] * len(self.vectors)
+
+    def project(self, r: PETSc.Vec) -> None:
+        """Remove the modes from a residual, in place; what was removed is kept as `reactions` [Pa µm]."""
+        self.reactions = [b.dot(r) for b in self.vectors]
+        for b, reaction in zip(self.vectors, self.reactions, strict=True):
+            r.axpy(-reaction, b)
+
+
+class _BorderedLU:
+    """Preconditioner that solves [K B; B^T 0] exactly, from one factorisation of K + springs at the pins."""
+
+    def __init__(self, modes: RigidModes, prefix: str) -> None:
+        self.modes, self.prefix, self.stiffness = modes, prefix, 0.0
+        self.inner: PETSc.PC | None = None
+
+    def setUp(self, pc: PETSc.PC) -> None:
+        """Factorise and solve for the border."""
+        A, _ = pc.getOperators()
+        if self.inner is None:
+            self.inner = PETSc.PC().create(pc.getComm())
+            self.inner.setOptionsPrefix(self.prefix + "inner_")
+            self.inner.setType("lu")
+            self.inner.setFactorSolverType("mumps")
+        self.inner.setOperators(A)
+        self.inner.setUp()
+        columns = list(self.modes.vectors)
+        for pin in self.modes.pins:
+            e = A.createVecRight()
+            first, last = e.getOwnershipRange()
+            if first <= pin < last:
+                e.setValue(pin, 1.0)
+            e.assemble()
+            columns.append(e)
+        self.columns = columns
+        self.solved = [self._solve(c) for c in columns]
+        n = len(self.modes.vectors)
+        self.small = np.array([[c.dot(s) for s in self.solved] for c in columns])
+        self.small[:, n:] *= -self.stiffness
+        self.small[n:, n:] += np.eye(len(columns) - n)
+
+    def _solve(self, rhs: PETSc.Vec) -> PETSc.Vec:
+        z = rhs.duplicate()
+        self.inner.apply(rhs, z)
+        return z
+
+    def apply(self, pc: PETSc.PC, r: PETSc.Vec, z: PETSc.Vec) -> None:
+        """Solve for the correction: z = K'^-1 (r - B mu + k sum e_i z_i) with B^T z = 0."""
+        self.inner.apply(r, z)
+        n = len(self.modes.vectors)
+        unknown = np.linalg.solve(self.small, np.array([c.dot(z) for c in self.columns]))
+        for k, (value, solved) in enumerate(zip(unknown, self.solved, strict=True)):
+            z.axpy(-value if k < n else self.stiffness * value, solved)
+
+
+class Solver:
+    """Finds u with R(u) = 0 for one body, time after time.
+
+    Args:
+        body: the problem.
+        state: its displacements; `state.u` is the first guess and receives the solution.
+        force_scale: a force per depth of the problem, such as the weight [Pa µm]; the residual's 2-norm is brought
+            below `tolerance` of it.
+        tolerance: see force_scale [-].
+        modes: rigid motions to take out.
+    """
+
+    def __init__(
+        self, body: Body, state: State, force_scale: float, tolerance: float = 1e-10, modes: RigidModes | None = None
+    ) -> None:
+        self.body, self.state, self.modes = body, state, modes
+        self.comm: MPI.Comm = body.domain.mesh.comm
+        self.amplitude = fem.Constant(body.domain.mesh, 0.0)
+        R, K = equilibrium(body, state, self.amplitude)
+        self._R, self._K = compile_form(R, self.comm), compile_form(K, self.comm)
+        self._A, self._b = petsc.create_matrix(self._K), petsc.create_vector(self._R)
+        self._x = self._b.duplicate()
+        self._watch = DetFWatch(body, state)
+        self.factorisations = 0
+        self.atol = tolerance * force_scale
+        self._snes = self._create_snes()
+
+    def _create_snes(self) -> PETSc.SNES:
+        prefix = f"cellmech_{next(_counter)}_"
+        options = PETSc.Options()
+        mine = {"snes_linesearch_type": "bt", "snes_linesearch_max_it": 12, "mat_mumps_icntl_14": 60}
+        for key, value in mine.items():
+            options[prefix + key] = value
+        snes = PETSc.SNES().create(self.comm)
+        snes.setOptionsPrefix(prefix)
+        snes.setFunction(self._residual, self._b)
+        snes.setJacobian(self._tangent, self._A)
+        snes.setTolerances(rtol=0.0, atol=self.atol, stol=0.0, max_it=MAX_ITERATIONS)
+        ksp = snes.getKSP()
+        ksp.setType("preonly")
+        pc = ksp.getPC()
+        if self.modes is None:
+            pc.setType("lu")
+            pc.setFactorSolverType("mumps")
+        else:
+            self._bordered = _BorderedLU(self.modes, prefix)
+            pc.setType("python")
+            pc.setPythonContext(self._bordered)
+        snes.setFromOptions()
+        ksp.setFromOptions()
+        return snes
+
+    def _residual(self, snes: PETSc.SNES, x: PETSc.Vec, b: PETSc.Vec) -> None:
+        self._set_displacement(x)
+        with b.localForm() as local:
+            local.set(0.0)
+        if not self._watch.admissible():
+            b.set(np.nan)
+            return
+        petsc.assemble_vector(b, self._R)
+        b.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
+        petsc.set_bc(b, list(self.body.bcs), x, -1.0)
+        if self.modes is not None:
+            self.modes.project(b)
+
+    def _tangent(self, snes: PETSc.SNES, x: PETSc.Vec, A: PETSc.Mat, P: PETSc.Mat) -> None:
+        A.zeroEntries()
+        petsc.assemble_matrix(A, self._K, list(self.body.bcs))
+        A.assemble()
+        if self.modes is not None:
+            diagonal = A.getDiagonal()
+            self._bordered.stiffness = diagonal.norm(PETSc.NormType.NORM_INFINITY)
+            first, last = A.getOwnershipRange()
+            for pin in self.modes.pins:
+                if first <= pin < last:
+                    A.setValue(pin, pin, self._bordered.stiffness, PETSc.InsertMode.ADD_VALUES)
+            A.assemble()
+        self.factorisations += 1
+
+    def _set_displacement(self, x: PETSc.Vec) -> None:
+        owned = x.getArray(readonly=True)
+        self.state.u.x.array[: len(owned)] = owned
+        self.state.u.x.scatter_forward()
+
+    def solve(self, amplitude: float) -> Outcome:
+        """Solve at this load amplitude [-], from `state.u` as first guess; `state.u` is the solution afterwards.
+
+        When the solve fails `state.u` is of no use: the caller restores it.
+        """
+        self.amplitude.value = amplitude
+        before = self.factorisations
+        self._x.array[:] = self.state.u.x.array[: self._x.getLocalSize()]
+        petsc.set_bc(self._x, list(self.body.bcs))
+        self._watch.worst = None
+        self._snes.solve(None, self._x)
+        reason, residual = self._snes.getConvergedReason(), float(self._snes.getFunctionNorm())
+        converged = reason > 0 or (np.isfinite(residual) and residual <= ROUND_OFF_SLACK * self.atol)
+        self._set_displacement(self._x)
+        converged = converged and self._watch.admissible()
+        return Outcome(
+            converged=converged,
+            iterations=self._snes.getIterationNumber(),
+            factorisations=self.factorisations - before,
+            residual=residual,
+            reason="" if converged else self._explain(reason),
+        )
+
+    def _explain(self, reason: int) -> str:
+        names = {getattr(PETSc.SNES.ConvergedReason, n): n for n in dir(PETSc.SNES.ConvergedReason) if n[0] != "_"}
+        if reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE:
+            return "the tangent is singular: nothing resists some motion of the body"
+        if self._watch.worst is not None:
+            value, x, y = self._watch.worst
+            return f"material turns inside out on the way (det F = {value:.2g} at reference x = {x:.3g}, y = {y:.3g} um)"
+        if reason == PETSc.SNES.ConvergedReason.DIVERGED_MAX_IT:
+            return f"no equilibrium found in {MAX_ITERATIONS} Newton iterations"
+        if reason == PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH:
+            return "no equilibrium nearby: the out-of-balance force cannot be reduced further"
+        return f"the nonlinear solve stopped: {names.get(reason, reason)}"
+
+
+class DetFWatch:
+    """det F at the quadrature points and the nodes of every owned cell: no state with det F <= 0 anywhere is accepted."""
+
+    def __init__(self, body: Body, state: State) -> None:
+        mesh = body.domain.mesh
+        points = np.vstack([quadrature(body.bulk_degree)[0], node_points(body.space)])
+        F = deformation_gradient(state.u)
+        x = ufl.SpatialCoordinate(mesh)
+        self._values = PointValues(ufl.as_vector([ufl.det(F), x[0], x[1]]), points, mesh.comm)
+        self._cells = np.arange(mesh.topology.index_map(2).size_local, dtype=np.int32)
+        self._comm = mesh.comm
+        self.worst: tuple[float, float, float] | None = None
+
+    def admissible(self) -> bool:
+        """Whether det F > 0 at every point on every rank (collective); remembers the worst point if not."""
+        values = self._values(self._cells).reshape(-1, 3)
+        k = int(np.argmin(np.nan_to_num(values[:, 0], nan=-np.inf))) if len(values) else -1
+        mine = tuple(float(v) for v in values[k]) if k >= 0 else (np.inf, 0.0, 0.0)
+        if self._comm.size > 1:
+            mine = min(self._comm.allgather(mine))
+        if mine[0] > 0:
+            return True
+        self.worst = mine
+        return False
+
+
+def quadrature(degree: int) -> tuple[np.ndarray, np.ndarray]:
+    """Points, shape (n, 2), and weights, shape (n,), on the reference triangle (sum of weights 1/2)."""
+    points, weights = basix.make_quadrature(basix.CellType.triangle, degree)
+    return np.asarray(points), np.asarray(weights)
+
+
+def node_points(space: fem.FunctionSpace) -> np.ndarray:
+    """Reference coordinates of an element's nodes, shape (n_nodes, 2)."""
+    return np.asarray(space.element.interpolation_points())
