@@ -107,7 +107,8 @@ def pressure(d, kappa, s):
         kappa: penalty [Pa/µm].
         s: smoothing [µm].
     """
-    return ufl.conditional(ufl.gt(d, 0), ufl.conditional(ufl.lt(d, s), kappa * d * d / (2 * s), kappa * (d - s / 2)), 0.0)
+    touching = ufl.conditional(ufl.lt(d, s), kappa * d * d / (2 * s), kappa * (d - s / 2))
+    return ufl.conditional(ufl.gt(d, 0), touching, 0.0)
 
 
 def smooth_step(d, w):
@@ -135,6 +136,13 @@ class Contact:
     def threshold_um(self) -> float:
         """Depth at which the force sets in [µm]: touch for a pressure, -w for the volume forms."""
         return 0.0 if self.form == "surface" else -self.width
+
+    def pressure_at(self, d: float) -> float:
+        """Pressure at depth d [Pa], as a number; for the volume forms, the body force summed up over the depth."""
+        if self.form == "surface":
+            return 0.0 if d <= 0 else self.kappa * (d * d / (2 * self.width) if d < self.width else d - self.width / 2)
+        s = min(max((d / self.width + 1) / 2, 0.0), 1.0)
+        return self.kappa * (2 * self.width * s**4 * (2.5 - 3 * s + s * s) + max(d - self.width, 0.0))
 
     def surface_traction(self, u, N, X, obstacle: Obstacle):
         """p(d) |cof(F) N| n [Pa], traction per reference area (Nanson); shape (2,)."""

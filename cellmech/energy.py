@@ -23,7 +23,7 @@ class Ledger:
 
     def __init__(self, body: Body, state: State) -> None:
         self.load_work = self.dissipated = self.contact_work = 0.0
-        self._amplitude = 0.0
+        self.amplitude = 0.0
         self.rebind(body, state)
         self.rest()
 
@@ -33,7 +33,11 @@ class Ledger:
         comm = body.domain.mesh.comm
         w = ufl.TestFunction(body.space)
         self._stored = compile_form(stored_energy(body, state), comm)
-        terms = {"load": load_work(body, w), "viscous": viscous_work(body, state, w), "contact": contact_work(body, state, w)}
+        terms = {
+            "load": load_work(body, w),
+            "viscous": viscous_work(body, state, w),
+            "contact": contact_work(body, state, w),
+        }
         self._terms = {name: compile_form(form, comm) for name, form in terms.items() if form is not None}
         self._owned = body.space.dofmap.index_map.size_local * 2
         self.load_vector = self._assemble("load")
@@ -55,7 +59,7 @@ class Ledger:
 
     def begin(self, amplitude: float) -> None:
         """State the load amplitude [-] at which the body is at rest at the start (0, or 1 when it is switched on)."""
-        self._amplitude = amplitude
+        self.amplitude = amplitude
 
     def contact_force(self) -> np.ndarray:
         """Resultant of the obstacles on the modelled body now [Pa µm], shape (2,). Collective."""
@@ -80,18 +84,14 @@ class Ledger:
         return float(self._sum(fem.assemble_scalar(self._kinetic)))
 
     def add_step(self, amplitude: float) -> None:
-        """Book the step from the last accepted displacement to the current one. Call before history moves; collective."""
+        """Book the step from the last accepted displacement to now. Call before history moves; collective."""
         u = self.state.u.x.array[: self._owned]
         forces = {name: self._assemble(name) for name in self._forces}
         du = u - self._earlier
-        works = self._sum(
-            np.array([
-                (self._amplitude + amplitude) / 2 * self.load_vector @ du,
-                (self._forces["viscous"] + forces["viscous"]) @ du / 2,
-                -(self._forces["contact"] + forces["contact"]) @ du / 2,
-            ])
-        )
+        load = (self.amplitude + amplitude) / 2 * self.load_vector @ du
+        viscous, contact = ((self._forces[name] + forces[name]) @ du / 2 for name in ("viscous", "contact"))
+        works = self._sum(np.array([load, viscous, -contact]))
         self.load_work += float(works[0])
         self.dissipated += float(works[1])
         self.contact_work += float(works[2])
-        self._earlier, self._forces, self._amplitude = u.copy(), forces, amplitude
+        self._earlier, self._forces, self.amplitude = u.copy(), forces, amplitude

@@ -8,6 +8,7 @@ process, and what a killed one left is removed under that lock.
 from __future__ import annotations
 
 import fcntl
+import logging
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -40,7 +41,21 @@ def _compiling(comm: MPI.Comm) -> Iterator[dict[str, Any]]:
         for source in directory.glob("libffcx_*.c"):
             if not source.with_suffix(".c.cached").exists():
                 source.unlink()
-        yield options
+        with _quiet():
+            yield options
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep the compiler's command lines, which setuptools logs, off the user's terminal."""
+    root = logging.getLogger()
+    level, disabled = root.level, root.manager.disable
+    logging.disable(logging.INFO)  # setuptools lowers the root logger's own level while it compiles
+    try:
+        yield
+    finally:
+        logging.disable(disabled)
+        root.setLevel(level)
 
 
 def compile_form(form: Any, comm: MPI.Comm) -> Any:

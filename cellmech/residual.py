@@ -154,7 +154,8 @@ def load_work(body: Body, w: Any) -> ufl.Form:
     force = fem.Constant(mesh, np.array(body.body_force, dtype=float))
     work = ufl.dot(force, w) * body.domain.dx(body.bulk_degree)
     for name, traction in (body.tractions or {}).items():
-        work += ufl.dot(fem.Constant(mesh, np.array(traction, dtype=float)), w) * body.domain.ds(body.bulk_degree, (name,))
+        t = fem.Constant(mesh, np.array(traction, dtype=float))
+        work += ufl.dot(t, w) * body.domain.ds(body.bulk_degree, (name,))
     return work
 
 

@@ -150,6 +150,11 @@ class Run:
         """Displacement on this rank, ghosts included [µm], flat."""
         return self.state.u.x.array
 
+    def rate(self) -> float:
+        """Largest nodal displacement rate over the step just accepted [µm/s]. Collective."""
+        change = self._largest_node(self.u - self.state.u_n.x.array)
+        return float(self.comm.allreduce(change, op=MPI.MAX)) / self.last_step_s
+
     def run(self, on_step: Callable[[Step], None]) -> None:
         """Go to the end, calling `on_step` after each accepted step.
 
@@ -169,8 +174,6 @@ class Run:
         failures = 0
         while self.t < end:
             h, t = self._land(wish)
-            if h < SMALLEST_STEP * end:
-                raise SolveError(self._no_way_on(outcome))
             steps = [h, *history.steps]
             a = bdf.coefficients(steps[:2])
             self.state.ddt.set(a)
@@ -182,13 +185,15 @@ class Run:
                 self.totals.failed_solves += 1
                 self.log(f"t = {t:.6g} s, step {h:.3g} s: {outcome.reason}; step cut")
                 self.u[:] = history.values[0]
-                wish = CUT * h
+                wish = self._shorter(CUT * h, outcome.reason)
                 continue
             error = self._error(bdf.error_factor(steps[:3]) * (self.u - guess))
             if not controller.accepts(error):
                 self.totals.rejected_steps += 1
                 self.u[:] = history.values[0]
-                wish = h * min(controller.factor(error), 0.9)
+                wish = self._shorter(
+                    h * min(controller.factor(error), 0.9), "the error of ever smaller steps stays large"
+                )
                 continue
             if self._reaches_more():
                 self.u[:] = history.values[0]
@@ -198,6 +203,12 @@ class Run:
             history.push(self.u, h)
             failures = 0
             wish = h * controller.factor(error)
+
+    def _shorter(self, h: float, reason: str) -> float:
+        """A smaller step [s], unless it has become senseless."""
+        if h < SMALLEST_STEP * self.schedule.end_s:
+            raise SolveError(self._no_way_on(reason, self.body.amplitude(self.t)))
+        return h
 
     def _land(self, wish: float) -> tuple[float, float]:
         """The next step [s] and the time it leads to: at most `wish`, hitting the landings exactly."""
@@ -265,7 +276,7 @@ class Run:
     def _accept(
         self, t: float, h: float, outcome: Outcome, error: float | None, on_step: Callable[[Step], None]
     ) -> None:
-        self.t = t
+        self.t, self.last_step_s = t, h
         self.totals.steps += 1
         self.largest = self._largest_now if error is not None else self.largest
         amplitude = self.body.amplitude(t)
@@ -306,8 +317,7 @@ class Run:
             increment /= 2
             if abs(increment) < SMALLEST_LOAD_STEP:
                 self.u[:] = last
-                raise SolveError(self._no_way_on(outcome, done))
+                raise SolveError(self._no_way_on(outcome.reason, done))
 
-    def _no_way_on(self, outcome: Outcome, amplitude: float | None = None) -> str:
-        reached = self.body.amplitude(self.t) if amplitude is None else amplitude
-        return f"no equilibrium beyond t = {self.t:.6g} s, load amplitude {reached:.6g}: {outcome.reason}"
+    def _no_way_on(self, reason: str, amplitude: float) -> str:
+        return f"no equilibrium beyond t = {self.t:.6g} s, load amplitude {amplitude:.6g}: {reason}"

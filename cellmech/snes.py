@@ -1,11 +1,10 @@
-"""The nonlinear solve: Newton with line search, a direct factorisation, and a watch on det F. The only SNES/KSP code."""
+"""The nonlinear solve: Newton with line search, direct factorisation, a watch on det F. The only SNES/KSP code."""
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import basix
 import numpy as np
@@ -15,6 +14,7 @@ from dolfinx.fem import petsc
 from mpi4py import MPI
 from petsc4py import PETSc
 
+from cellmech.errors import SolveError
 from cellmech.forms import PointValues, compile_form
 from cellmech.kinematics import deformation_gradient
 from cellmech.residual import Body, State, equilibrium
@@ -68,6 +68,16 @@ class RigidModes:
         self.reactions = [b.dot(r) for b in self.vectors]
         for b, reaction in zip(self.vectors, self.reactions, strict=True):
             r.axpy(-reaction, b)
+
+    def refuse_sliding(self, limit: float) -> None:
+        """Raise SolveError if a constraint carries a force, which frictionless contact could not.
+
+        Args:
+            limit: largest reaction that counts as none [Pa µm].
+        """
+        for name, reaction in zip(self.names, self.reactions, strict=True):
+            if abs(reaction) > limit:
+                raise SolveError(f"slides: no equilibrium; holding the {name} takes {reaction:.3g} Pa um (generalised)")
 
 
 class _BorderedLU:
@@ -229,7 +239,8 @@ class Solver:
             return "the tangent is singular: nothing resists some motion of the body"
         if self._watch.worst is not None:
             value, x, y = self._watch.worst
-            return f"material turns inside out on the way (det F = {value:.2g} at reference x = {x:.3g}, y = {y:.3g} um)"
+            where = f"det F = {value:.2g} at reference x = {x:.3g}, y = {y:.3g} um"
+            return f"material turns inside out on the way ({where})"
         if reason == PETSc.SNES.ConvergedReason.DIVERGED_MAX_IT:
             return f"no equilibrium found in {MAX_ITERATIONS} Newton iterations"
         if reason == PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH:
@@ -238,7 +249,7 @@ class Solver:
 
 
 class DetFWatch:
-    """det F at the quadrature points and the nodes of every owned cell: no state with det F <= 0 anywhere is accepted."""
+    """det F at the quadrature points and nodes of every owned cell: no state with det F <= 0 at any is accepted."""
 
     def __init__(self, body: Body, state: State) -> None:
         mesh = body.domain.mesh

@@ -1,0 +1,144 @@
+"""One case from its scene to its result files."""
+
+from __future__ import annotations
+
+import platform
+import resource
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import dolfinx
+import numpy as np
+from mpi4py import MPI
+from petsc4py import PETSc
+
+from cellmech import __version__
+from cellmech.errors import SolveError
+from cellmech.model import describe_model
+from cellmech.observables import Observer
+from cellmech.records import CaseFolder, flatten
+from cellmech.run import Run, Step
+from cellmech.scene_file import scene_to_toml
+from cellmech.setup import MeshPlan, Setup, mesh_plan
+from cellmech.study_file import Case
+from cellmech.vtu import write_fields
+
+__all__ = ["Description", "MeshPlan", "Progress", "describe_case", "mesh_plan", "solve_case"]
+
+SLIDING = 1e-3  # share of the weight that a removed rigid mode may carry
+MEMORY_BASE_MB, MEMORY_PER_DOF_MB = 260.0, 0.012
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a case is."""
+
+    case: str
+    t_s: float
+    end_s: float
+    step: int
+    newton: int
+
+
+@dataclass(frozen=True)
+class Description:
+    """What a case will model, and its size."""
+
+    model: list[str]
+    cells: int
+    dofs: int
+    memory_MB: float
+
+
+def solve_case(
+    case: Case, folder: CaseFolder, comm: MPI.Comm, plan: MeshPlan, report: Callable[[Progress], None]
+) -> dict[str, Any]:
+    """Solve one case and write its files; the content of result.json is returned (collective on comm).
+
+    A physical failure is a result too: status "failed", its reason, and the last good state.
+    """
+    started, scene = time.perf_counter(), case.scene
+    folder.write_text("scene.toml", scene_to_toml(scene))
+    setup = Setup(scene, comm, plan)
+    run: Run | None = None
+    scalars: dict[str, Any] = {}
+    series: list[tuple[float, str]] = []
+    status, reason, settled = "solved", "", None
+    try:
+        setup.refuse_without_equilibrium()
+        run = setup.create_run(folder.log)
+        for line in describe_model(setup, run).lines():
+            folder.log(line)
+        observer = Observer(run, setup.layout())
+
+        def on_step(step: Step) -> None:
+            nonlocal settled
+            scalars.clear()
+            scalars.update(observer.observe(step.t_s))
+            settled = run.rate()
+            numbers = {"t_s": step.t_s, "dt_s": step.dt_s, "newton": step.newton, "error_estimate": step.error_estimate}
+            folder.add_row({**numbers, **flatten(scalars)})
+            report(Progress(case.name, step.t_s, scene.time.end_s, run.totals.steps, run.totals.newton_iterations))
+            if step.t_s in scene.output.times_s and step.t_s < scene.time.end_s:
+                write_fields(folder, observer, step.t_s, series)
+            if run.modes is not None:
+                run.modes.refuse_sliding(SLIDING * abs(setup.weight))
+
+        run.run(on_step)
+    except SolveError as error:
+        status, reason = "failed", str(error)
+        folder.log(f"failed: {reason}")
+    if scalars and run is not None:
+        write_fields(folder, observer, run.t, series)
+    folder.flush(force=True)
+    result = _provenance(case, setup, run, comm)
+    result |= {"status": status, "reason": reason, "settled": settled, "wall_s": time.perf_counter() - started}
+    folder.log(f"{status} in {result['wall_s']:.2f} s")
+    return result | scalars
+
+
+def _provenance(case: Case, setup: Setup, run: Run | None, comm: MPI.Comm) -> dict[str, Any]:
+    """Where a result comes from and what it took."""
+    quality, totals = setup.domain.quality, run.totals if run is not None else None
+    return {
+        "schema": 1,
+        "case": case.name,
+        "scene": case.scene.model_dump(mode="json", by_alias=True),
+        "t_s": run.t if run is not None else 0.0,
+        "steps": totals.steps if totals else 0,
+        "rejected_steps": totals.rejected_steps + totals.failed_solves if totals else 0,
+        "newton_iterations": totals.newton_iterations if totals else 0,
+        "factorisations": totals.factorisations if totals else 0,
+        "ranks": comm.size,
+        "mesh_cells": setup.number_of_cells,
+        "mesh_quality": {key: float(value) for key, value in quality.items()},
+        "dofs": setup.dofs,
+        "memory_MB": comm.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024, op=MPI.MAX),
+        "versions": versions(),
+        "model": describe_model(setup, run).as_dict(),
+    }
+
+
+def versions() -> dict[str, str]:
+    """Versions of everything that numbers come from."""
+    petsc = ".".join(str(v) for v in PETSc.Sys.getVersion())
+    return {
+        "cellmech": __version__,
+        "dolfinx": dolfinx.__version__,
+        "petsc": petsc,
+        "numpy": np.__version__,
+        "python": platform.python_version(),
+    }
+
+
+def describe_case(case: Case, comm: MPI.Comm, plan: MeshPlan) -> Description:
+    """What a case will model and how large it is, without solving anything (collective on comm)."""
+    setup = Setup(case.scene, comm, plan)
+    return Description(
+        model=describe_model(setup).lines(),
+        cells=setup.number_of_cells,
+        dofs=setup.dofs,
+        memory_MB=MEMORY_BASE_MB * comm.size + MEMORY_PER_DOF_MB * setup.dofs,
+    )

@@ -1,0 +1,86 @@
+"""What a case models and what it leaves out, in words, with the reasons."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from cellmech.run import Run
+from cellmech.scene import LAYER_NAMES
+from cellmech.setup import MERGED, Setup, material
+
+
+@dataclass(frozen=True)
+class Model:
+    """What is in the equations and what is not, each with the reason."""
+
+    modelled: Mapping[str, str]
+    left_out: Mapping[str, str]
+
+    def lines(self) -> list[str]:
+        """For people."""
+        return [f"modelled: {k}: {v}" for k, v in self.modelled.items()] + [
+            f"left out: {k}: {v}" for k, v in self.left_out.items()
+        ]
+
+    def as_dict(self) -> dict[str, dict[str, str]]:
+        """For result.json."""
+        return {"modelled": dict(self.modelled), "left_out": dict(self.left_out)}
+
+
+def describe_model(setup: Setup, run: Run | None = None) -> Model:
+    """Say what a case models and what it leaves out, as of now (obstacles may come into reach during a run)."""
+    scene, cell = setup.scene, setup.scene.cell
+    modelled: dict[str, str] = {"kinematics": "plane strain, finite strain"}
+    left: dict[str, str] = {}
+    for law in scene.laws():
+        names = [n for n in LAYER_NAMES if scene.layer_law(n) == law]
+        modelled[law] = f"solid phase of {', '.join(names)}"
+    if "yeoh" in scene.laws() and cell.beta_over_mu > 0.5:
+        modelled["yeoh"] += (
+            f"; alpha < 0 at beta/mu = {cell.beta_over_mu:g}: energy unbounded below, ellipticity lost at J1 above "
+            "about 5.1 and below about 1.54 (bounds of beta/mu = 2.5, nu = 0.45)"
+        )
+    wet = [n for n in LAYER_NAMES if material(scene, n).rate_dependent]
+    if wet:
+        modelled["fluid phase"] = f"viscous stress of {', '.join(wet)}; BDF2 in time"
+    else:
+        left["fluid phase"] = "every fluid fraction or viscosity is 0"
+    if cell.layers == "smeared":
+        modelled["layers"] = f"smeared over ± {cell.smear_um:g} um; meshed: {', '.join(n for n, _ in setup.interfaces)}"
+    else:
+        modelled["layers"] = f"meshed apart: {', '.join(n for n, _ in setup.interfaces)}"
+    for pair, name in MERGED.items():
+        if any(n == name for n, _ in setup.interfaces) and cell.layers != "smeared":
+            left[f"interface of {pair[0]} and {pair[1]}"] = "no case of the study gives them different properties"
+    waiting = setup.out_of_reach if run is None else run.out_of_reach
+    for label, obstacle in setup.obstacles.items():
+        if obstacle in waiting:
+            left[label] = "out of the cell's reach; checked at every step"
+        else:
+            modelled[label] = f"frictionless penalty contact, {scene.contact.form} form"
+    if cell.inertia:
+        modelled["inertia"] = "BDF2 on displacement and velocity"
+    else:
+        left["inertia"] = "not asked for; rho a is about 1e-16 of the elastic forces at these rates"
+    _describe_rest(setup, modelled, left)
+    return Model(modelled, left)
+
+
+def _describe_rest(setup: Setup, modelled: dict[str, str], left: dict[str, str]) -> None:
+    scene = setup.scene
+    if setup.weight:
+        modelled["gravity"] = f"{setup.force_density:.6g} Pa/um per reference volume at full load"
+    else:
+        left["gravity"] = "the load is zero"
+    if setup.lift_um:
+        modelled["first touch"] = f"moved down by {setup.lift_um:g} um: without inertia the fall needs no solving"
+    if setup.half:
+        modelled["symmetry"] = "half cell, u_x = 0 on the axis"
+    elif not scene.cell.inertia:
+        sideways = " and mean u_x" if setup.free_sideways else ""
+        modelled["rigid modes"] = f"mean rotation{sideways} set to 0: nothing resists them"
+    if setup.body.rate_dependent:
+        modelled["time"] = f"variable-step BDF2, rtol {scene.time.rtol:g}"
+    else:
+        left["time stepping"] = "nothing depends on rate: load steps, no stored history"

@@ -1,0 +1,331 @@
+"""What is reported of a state: maxima, means and shares per region, shape, contact, energies.
+
+Stress and strain are evaluated at the nodes of each element from that element's own gradient and material; the
+largest value counts and neighbours are never averaged. Means are over the reference area. To add an observable:
+a method that returns a number, named in `Observer.scalars`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import ufl
+from dolfinx import fem
+
+from cellmech.contact import Obstacle, Pillar
+from cellmech.forms import PointValues
+from cellmech.kinematics import deformation_gradient, embed, green_lagrange, reported_strains
+from cellmech.materials import Mixture
+from cellmech.outline import Outline
+from cellmech.residual import State
+from cellmech.run import Run
+from cellmech.snes import node_points, quadrature
+
+QUANTITIES = ("sigma_mises", "J1", "J2", "J3")
+REST = np.array([0.0, 2.0, 2.0, 1.0])  # their values at rest
+DET_F, PRESSURE = 4, 5  # columns after the four quantities
+STRAINS = ("J1", "J2", "J3")
+LATTICE = 16  # subdivisions of an element's edge where a reported layer is not meshed apart
+
+
+def state_quantities(state: State, mixture: Mixture) -> Any:
+    """(sigma_Mises [Pa], J1 - 2, J2 - 2, J3 - 1, det F, pressure [Pa]) as a UFL vector.
+
+    sigma_Mises is the von Mises norm of the full 3-D Cauchy stress of the whole mixture, sigma_zz included; the
+    pressure is minus a third of its trace.
+    """
+    F, E = embed(deformation_gradient(state.u), 1.0), green_lagrange(state.u)
+    S = mixture.solid(embed(E))[1]
+    if mixture.rate_dependent:
+        S = S + mixture.fluid(F, embed(state.strain_rate()))
+    sigma = F * S * F.T / ufl.det(F)
+    deviator = ufl.dev(sigma)
+    mises = ufl.sqrt(1.5 * ufl.inner(deviator, deviator))
+    return ufl.as_vector([mises, *reported_strains(E), ufl.det(F), -ufl.tr(sigma) / 3])
+
+
+@dataclass(frozen=True)
+class Ring:
+    """A reported region: the points with inner <= r <= outer about the cell's centre [µm]."""
+
+    inner_um: float
+    outer_um: float
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The geometry that reporting needs.
+
+    Args:
+        centre: of the cell at the start [µm].
+        half: whether half a cell is modelled; totals are doubled then.
+        regions: reported regions by name.
+        groups: names of the cell groups a region consists of, for the regions that are meshed apart.
+        pillars: obstacles whose distance from the lamina is reported.
+        weight: of the whole cell at full load [Pa µm].
+        lift_um: how far the cell was moved to first touch [µm].
+    """
+
+    centre: tuple[float, float]
+    half: bool
+    regions: Mapping[str, Ring]
+    groups: Mapping[str, tuple[str, ...]]
+    pillars: tuple[Pillar, ...]
+    weight: float
+    lift_um: float = 0.0
+
+    @property
+    def copies(self) -> int:
+        """How many times the modelled part makes the whole cell."""
+        return 2 if self.half else 1
+
+
+class Samples:
+    """Quantities at fixed points of some cells: the first `n_max` points count for maxima, `weights` for means."""
+
+    def __init__(self, run: Run, cells: np.ndarray, points: np.ndarray, weights: np.ndarray, n_max: int) -> None:
+        mesh, body = run.body.domain.mesh, run.body
+        self.cells, self.n_max = cells, n_max
+        tags = np.zeros(int(np.max(cells, initial=-1)) + 1, dtype=np.int32)
+        inside = body.domain.cell_tags.indices < len(tags)
+        tags[body.domain.cell_tags.indices[inside]] = body.domain.cell_tags.values[inside]
+        self._parts = []
+        for mixture in body.mixtures:
+            numbers = [body.domain.cells[name] for name in mixture.names]
+            rows = np.flatnonzero(np.isin(tags[cells], numbers))
+            self._parts.append((rows, PointValues(state_quantities(run.state, mixture), points, mesh.comm)))
+        place = ufl.as_vector([*ufl.SpatialCoordinate(mesh), ufl.JacobianDeterminant(mesh)])
+        placed = PointValues(place, points, mesh.comm)(cells)
+        self.position, self.area = placed[..., :2], np.abs(placed[..., 2]) * weights
+        self.groups = tags[cells]
+        self.values = np.zeros((len(cells), len(points), PRESSURE + 1))
+
+    def update(self) -> None:
+        """Evaluate at the current state."""
+        for rows, values in self._parts:
+            if len(rows):
+                self.values[rows] = values(self.cells[rows])
+
+
+@dataclass
+class Region:
+    """Flat indices into a sample set: points that count for maxima, points that count for means."""
+
+    samples: Samples
+    peak: np.ndarray
+    bulk: np.ndarray
+
+    def local(self) -> np.ndarray:
+        """This rank's [4 maxima, 4 × 2 places, det F min, area, 4 integrals], maxima less their rest value."""
+        values = self.samples.values.reshape(-1, PRESSURE + 1)
+        if not len(self.peak):
+            return np.concatenate([np.full(4, -np.inf), np.zeros(8), [np.inf], np.zeros(5)])
+        position = self.samples.position.reshape(-1, 2)
+        at = self.peak[np.argmax(values[self.peak, :4], axis=0)]
+        area = self.samples.area.reshape(-1)[self.bulk]
+        return np.concatenate(
+            [
+                values[at, np.arange(4)],
+                position[at].ravel(),
+                [min(np.min(values[self.peak, DET_F]), np.min(values[self.bulk, DET_F], initial=np.inf))],
+                [np.sum(area)],
+                area @ values[self.bulk, :4],
+            ]
+        )
+
+
+def merge(parts: Sequence[np.ndarray]) -> np.ndarray:
+    """Combine the ranks' `Region.local` arrays, shape (n_regions, 18) each."""
+    total = np.array(parts[0])
+    for part in parts[1:]:
+        better = part[:, :4] > total[:, :4]
+        total[:, :4] = np.where(better, part[:, :4], total[:, :4])
+        places = np.repeat(better, 2, axis=1)
+        total[:, 4:12] = np.where(places, part[:, 4:12], total[:, 4:12])
+        total[:, 12] = np.minimum(total[:, 12], part[:, 12])
+        total[:, 13:] += part[:, 13:]
+    return total
+
+
+class Observer:
+    """Looks at a run after each accepted step.
+
+    Args:
+        run: the run.
+        layout: where its regions are.
+    """
+
+    def __init__(self, run: Run, layout: Layout) -> None:
+        self.run, self.layout = run, layout
+        body = run.body
+        self.comm = body.domain.mesh.comm
+        nodes, (q, w) = node_points(body.space), quadrature(body.bulk_degree)
+        cells = np.arange(body.domain.mesh.topology.index_map(2).size_local, dtype=np.int32)
+        weights = np.concatenate([np.zeros(len(nodes)), w])
+        self.samples = Samples(run, cells, np.vstack([nodes, q]), weights, len(nodes))
+        self._fine: Samples | None = None
+        self.regions = {name: self._region(name) for name in layout.regions}
+        self.nucleus = Outline(body.domain, body.space, "nucleus_outline")
+        self._poles = [self._pole(-1.0), self._pole(1.0)]
+        self.peaks: dict[str, dict[str, tuple[float, float]]] = {name: {} for name in layout.regions}
+
+    def _region(self, name: str) -> Region:
+        if name in self.layout.groups:
+            numbers = [self.run.body.domain.cells[group] for group in self.layout.groups[name]]
+            rows = np.flatnonzero(np.isin(self.samples.groups, numbers))
+            n_points = self.samples.area.shape[1]
+            index = rows[:, None] * n_points + np.arange(n_points)
+            return Region(self.samples, index[:, : self.samples.n_max].ravel(), index[:, self.samples.n_max :].ravel())
+        if self._fine is None:
+            points, weights = lattice(LATTICE)
+            self._fine = Samples(self.run, self.samples.cells, points, weights, len(points))
+        ring = self.layout.regions[name]
+        r = np.linalg.norm(self._fine.position - np.array(self.layout.centre), axis=-1).ravel()
+        slack = 1e-6 * ring.outer_um
+        index = np.flatnonzero((r >= ring.inner_um - slack) & (r <= ring.outer_um + slack))
+        return Region(self._fine, index, index)
+
+    def _pole(self, sign: float) -> np.ndarray:
+        """The owned dof of the nucleus outline's bottom (-1) or top (1) point on the axis, empty on other ranks."""
+        centre = np.array(self.layout.centre)
+        target = centre + np.array([0.0, sign * self.layout.regions["nucleus"].outer_um])
+        hit = np.linalg.norm(self.nucleus.reference - target, axis=-1) < 1e-6 * self.layout.regions["nucleus"].outer_um
+        return self.nucleus.dofs[hit][:1]
+
+    def _position(self, pole: np.ndarray) -> np.ndarray | None:
+        """Deformed position of a pole [µm]; None if the mesh has no node there. Collective."""
+        u, X = self.run.u.reshape(-1, 2), self.run.body.space.tabulate_dof_coordinates()[:, :2]
+        mine = (X[pole[0]] + u[pole[0]]) if len(pole) else None
+        found = [p for p in self.comm.allgather(mine) if p is not None]
+        return found[0] if found else None
+
+    def observe(self, t_s: float) -> dict[str, Any]:
+        """Evaluate everything after an accepted step (before history moves); nested as in result.json. Collective."""
+        self.samples.update()
+        if self._fine is not None:
+            self._fine.update()
+        local = np.array([region.local() for region in self.regions.values()])
+        total = merge(self.comm.allgather(local)) if self.comm.size > 1 else local
+        self.table = dict(zip(self.regions, total, strict=True))
+        result: dict[str, Any] = {name: self._of_region(name, t_s) for name in self.regions}
+        result |= self._shares()
+        result["shape_index"], result["lamina_pillar_distance_um"] = self._shape()
+        result["contact"], result["energy"] = self._contact(), self._energy()
+        return result
+
+    def _of_region(self, name: str, t_s: float) -> dict[str, Any]:
+        row, values = self.table[name], {}
+        for k, quantity in enumerate(QUANTITIES):
+            unit = "_Pa" if quantity == "sigma_mises" else ""
+            largest = float(row[k] + REST[k])
+            if quantity not in self.peaks[name] or largest > self.peaks[name][quantity][0]:
+                self.peaks[name][quantity] = (largest, t_s)
+            values[f"{quantity}_max{unit}"] = largest
+            values[f"{quantity}_max_at_um"] = [float(v) for v in row[4 + 2 * k : 6 + 2 * k]]
+            values[f"{quantity}_max_over_time{unit}"] = self.peaks[name][quantity][0]
+            values[f"{quantity}_max_time_s"] = self.peaks[name][quantity][1]
+            values[f"{quantity}_mean{unit}"] = float(row[14 + k] / row[13] + REST[k])
+        values["det_F_min"] = float(row[12])
+        values["area_um2"] = float(row[13]) * self.layout.copies
+        return values
+
+    def _shares(self) -> dict[str, Any]:
+        """The nucleus's part in the cell's deformation, in the paper's sense and in two others."""
+        nucleus, cell = self.table["nucleus"], self.table["cell"]
+        area, peak, integral = {}, {}, {}
+        for k, name in enumerate(STRAINS, start=1):
+            area[name] = float(100 * (nucleus[14 + k] + REST[k] * nucleus[13]) / cell[13])
+            peak[name] = float(nucleus[k] / cell[k]) if cell[k] else None
+            integral[name] = float(nucleus[14 + k] / cell[14 + k]) if cell[14 + k] else None
+        return {"share_of_area_percent": area, "share_of_max": peak, "share_of_integral": integral}
+
+    def _shape(self) -> tuple[dict[str, float], float | None]:
+        """Shape indices of the nucleus outline (eq. 33) and the gap between lamina and pillar on the axis [µm]."""
+        length, area = self.nucleus.extent(self.run.state.u)
+        bottom, top = (self._position(pole) for pole in self._poles)
+        half_length, half_area = length / (1 if self.layout.half else 2), area / (1 if self.layout.half else 2)
+        straight = float(np.linalg.norm(top - bottom))
+        index = {
+            "full": 4 * np.pi * 2 * half_area / (2 * half_length) ** 2,
+            "half_outline": 4 * np.pi * half_area / (half_length + straight) ** 2,
+            "half_area_full_perimeter": 4 * np.pi * half_area / (2 * half_length) ** 2,
+        }
+        tops = [top_of(pillar, bottom[0]) for pillar in self.layout.pillars]
+        below = [y for y in tops if y is not None]
+        return index, float(bottom[1] - max(below)) if below else None
+
+    def _contact(self) -> dict[str, float | None]:
+        run, layout = self.run, self.layout
+        force = run.ledger.contact_force() * layout.copies
+        weight = layout.weight * run.ledger.amplitude
+        result: dict[str, float | None] = {
+            "force_Pa_x_um": float(force[1]),
+            "lateral_force_Pa_x_um": 0.0 if layout.half else float(force[0]),
+            "weight_Pa_x_um": weight,
+            "max_depth_um": None,
+            "max_pressure_Pa": None,
+            "half_width_um": None,
+            "lift_um": layout.lift_um,
+        }
+        obstacles: tuple[Obstacle, ...] = (*run.body.obstacles, *run.out_of_reach)
+        if run.body.contact is not None and obstacles:
+            contact = run.body.contact
+            depth = run.outline.max_depth(run.state.u, obstacles)
+            length = run.outline.contact_length_x(run.state.u, obstacles, contact.threshold_um)
+            result["max_depth_um"] = max(depth, 0.0)
+            result["max_pressure_Pa"] = contact.pressure_at(depth)
+            result["half_width_um"] = length * layout.copies / 2
+        return result
+
+    def _energy(self) -> dict[str, float]:
+        ledger, copies = self.run.ledger, self.layout.copies
+        works = {
+            "gravity_work": ledger.load_work,
+            "stored": ledger.stored(),
+            "dissipated": ledger.dissipated,
+            "contact_work": ledger.contact_work,
+        }
+        if self.run.body.density is not None:
+            works["kinetic"] = ledger.kinetic()
+        works["balance_error"] = 2 * works["gravity_work"] - sum(works.values())
+        return {name: float(value) * copies for name, value in works.items()}
+
+
+def top_of(pillar: Pillar, x: float) -> float | None:
+    """Height of a pillar's surface at x [µm]; None beside it."""
+    rest = 1 - abs((x - pillar.x_um) / pillar.half_width_um) ** pillar.exponent
+    return float(pillar.y_um + pillar.height_um * rest ** (1 / pillar.exponent)) if rest > 0 else None
+
+
+def lattice(n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Points of the reference triangle's n-fold subdivision and weights that integrate linear functions exactly."""
+    index = [(i, j) for j in range(n + 1) for i in range(n + 1 - j)]
+    number = {ij: k for k, ij in enumerate(index)}
+    weights = np.zeros(len(index))
+    for i, j in index:
+        for corners in (((i, j), (i + 1, j), (i, j + 1)), ((i + 1, j), (i + 1, j + 1), (i, j + 1))):
+            if all(c in number for c in corners):
+                weights[[number[c] for c in corners]] += 1 / (6 * n * n)
+    return np.array(index, dtype=float) / n, weights
+
+
+def node_fields(observer: Observer, u: fem.Function) -> dict[str, np.ndarray]:
+    """Point data of the last observed state, one row per node of each owned cell: what `fields` files hold."""
+    samples = observer.samples
+    n = samples.n_max
+    dofmap = u.function_space.dofmap
+    dofs = np.array([dofmap.cell_dofs(c) for c in samples.cells], dtype=np.int64).reshape(-1, n)
+    values = samples.values[:, :n]
+    return {
+        "position": samples.position[:, :n],
+        "displacement_um": u.x.array.reshape(-1, 2)[dofs],
+        "sigma_mises_Pa": values[..., 0],
+        "J1": values[..., 1] + REST[1],
+        "J2": values[..., 2] + REST[2],
+        "J3": values[..., 3] + REST[3],
+        "det_F": values[..., DET_F],
+        "pressure_Pa": values[..., PRESSURE],
+    }

@@ -1,0 +1,266 @@
+"""From a scene to a body: geometry, materials, obstacles, load, in the units of the solver."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import ufl
+from dolfinx import fem
+from mpi4py import MPI
+from petsc4py import PETSc
+
+from cellmech.contact import Contact, Flat, Obstacle, Pillar, smooth_step
+from cellmech.domain import Domain, build_domain
+from cellmech.energies import LAWS, lame
+from cellmech.errors import SolveError
+from cellmech.geometry import DiscSpec
+from cellmech.materials import Material, mixtures
+from cellmech.modes import rigid_modes
+from cellmech.observables import Layout, Ring
+from cellmech.outline import Outline
+from cellmech.placement import Placement, placement, standing
+from cellmech.residual import Body
+from cellmech.run import Run, Schedule
+from cellmech.scene import LAYER_NAMES, LayerName, Scene
+from cellmech.study_file import Case
+
+# Units inside: µm, s, Pa.
+KG_M3 = 1e-12  # kg/m^3 in Pa s^2/µm^2
+M_S2 = 1e6  # m/s^2 in µm/s^2
+
+INSIDE_OUT: tuple[LayerName, ...] = tuple(reversed(LAYER_NAMES))
+MERGED = {("nucleoplasm", "lamina"): "nucleus", ("cytosol", "membrane"): "cytoplasm"}
+
+
+@dataclass(frozen=True)
+class MeshPlan:
+    """Which layers the meshes of a study keep apart: pairs that no case distinguishes are meshed as one."""
+
+    merged: tuple[tuple[LayerName, LayerName], ...] = ()
+
+    def key(self) -> str:
+        """For the hash that ties a result to its inputs."""
+        return ";".join("+".join(pair) for pair in self.merged)
+
+    def interfaces(self, scene: Scene) -> tuple[tuple[str, float], ...]:
+        """(name, outer radius [µm]) of the groups to mesh, from the inside out."""
+        found = []
+        for inner, outer in (INSIDE_OUT[:2], INSIDE_OUT[2:]):
+            if (inner, outer) in self.merged:
+                found.append((MERGED[inner, outer], scene.outer_radius_um(outer)))
+            else:
+                found += [(inner, scene.outer_radius_um(inner)), (outer, scene.outer_radius_um(outer))]
+        return tuple(found)
+
+
+def mesh_plan(cases: Sequence[Case]) -> MeshPlan:
+    """Mesh a layer apart only if some case gives it properties of its own; the nucleus outline always is."""
+
+    def properties(scene: Scene, name: LayerName) -> tuple[Any, ...]:
+        layer = scene.layer_of(name)
+        return layer.young_Pa, layer.fluid_fraction, scene.layer_law(name), scene.layer_poisson(name)
+
+    def alike(scene: Scene, pair: tuple[LayerName, LayerName]) -> bool:
+        return scene.cell.layers == "smeared" or properties(scene, pair[0]) == properties(scene, pair[1])
+
+    pairs = (INSIDE_OUT[:2], INSIDE_OUT[2:])
+    return MeshPlan(tuple(pair for pair in pairs if all(alike(case.scene, pair) for case in cases)))
+
+
+@lru_cache(maxsize=4)
+def _domain(spec: DiscSpec, comm_handle: int) -> Domain:
+    return build_domain(spec, MPI.Comm.f2py(comm_handle))
+
+
+def material(scene: Scene, name: LayerName) -> Material:
+    """A layer's material (eqs 6-13, 17-20)."""
+    layer, cell, law = scene.layer_of(name), scene.cell, scene.layer_law(name)
+    lmbda, mu = lame(layer.young_Pa, scene.layer_poisson(name), printed=cell.lame_lambda == "printed")
+    constants = {"lmbda": lmbda, "mu": mu}
+    if law in ("mooney-rivlin", "yeoh"):
+        constants["beta"] = cell.beta_over_mu * mu
+    if law == "yeoh":
+        constants["i1_rest"] = 0.0 if cell.yeoh_reference == "printed" else 3.0
+    return Material(LAWS[law], constants, layer.fluid_fraction, cell.fluid_lambda_Pa_s, cell.fluid_mu_Pa_s)
+
+
+def smeared_weights(scene: Scene, domain: Domain, centre: tuple[float, float]) -> dict[str, Any]:
+    """The paper's characteristic functions g_i [-] (eqs 2-5), H of positive argument inside; no fade at the rim."""
+    X = ufl.SpatialCoordinate(domain.mesh)
+    r = ufl.sqrt((X[0] - centre[0]) ** 2 + (X[1] - centre[1]) ** 2)
+    width = fem.Constant(domain.mesh, float(scene.cell.smear_um or 0.0))
+    weights: dict[str, Any] = {}
+    inside: Any = 0.0
+    for name in INSIDE_OUT[:-1]:
+        within = smooth_step(scene.outer_radius_um(name) - r, width)
+        weights[name], inside = within - inside, within
+    weights[INSIDE_OUT[-1]] = 1.0 - inside
+    return weights
+
+
+def obstacles_of(scene: Scene) -> dict[str, Obstacle]:
+    """The scene's obstacles by label; a half cell's pillars are mirrored at x = 0."""
+    found: dict[str, Obstacle] = {}
+    for stand in standing(scene.cell.shape == "half", scene.pillar):
+        a, label = stand.arch, f"pillar {stand.pillar}" + (" mirrored" if stand.mirrored else "")
+        found[label] = Pillar(a.x, a.y, a.half_width, a.height, a.exponent)
+    if scene.flat is not None:
+        found["flat"] = Flat(scene.flat.y_um)
+    return found
+
+
+def ramp(half_ramp_s: float) -> Callable[[float], float]:
+    """t_g(t) [-]: the C2 step from 0 at t = 0 to 1 at t = 2 T_g (eq. 25); 1 at once for T_g = 0."""
+
+    def amplitude(t: float) -> float:
+        if half_ramp_s == 0:
+            return 1.0
+        s = min(max(t / (2 * half_ramp_s), 0.0), 1.0)
+        return s**3 * (10 - 15 * s + 6 * s**2)
+
+    return amplitude
+
+
+class Setup:
+    """Everything a scene becomes before it runs (collective on comm).
+
+    Args:
+        scene: validated input.
+        comm: the ranks that share this case.
+        plan: which layers are meshed apart.
+    """
+
+    def __init__(self, scene: Scene, comm: MPI.Comm, plan: MeshPlan) -> None:
+        self.scene, self.half = scene, scene.cell.shape == "half"
+        self.place: Placement = placement(scene)
+        self.lift_um = scene.cell.gap_um if self.place.touch and not scene.cell.inertia else 0.0
+        self.centre = (self.place.centre_x_um, self.place.centre_y_um - self.lift_um)
+        self.interfaces = plan.interfaces(scene)
+        self.spec = DiscSpec(
+            shape=scene.cell.shape,
+            centre=self.centre,
+            interfaces=self.interfaces,
+            nucleus_radius_um=scene.nucleus_radius_um,
+            size_um=scene.mesh.size_um,
+            contact_size_um=scene.mesh.contact_size_um,
+            order=scene.mesh.order,
+            thin_layers=scene.mesh.thin_layers,
+            touch=tuple((t.x_um, t.y_um) for t in self.place.touch),
+        )
+        self.domain = _domain(self.spec, comm.py2f())
+        self.obstacles = obstacles_of(scene)
+        self.body, self.out_of_reach = self._body()
+        area = math.pi * scene.radius_um**2
+        density = scene.cell.density_kg_m3 - scene.cell.medium_density_kg_m3
+        self.force_density = density * KG_M3 * scene.load.gravity_m_s2 * M_S2 * scene.load.factor
+        self.weight = self.force_density * area
+
+    @property
+    def number_of_cells(self) -> int:
+        """Triangles of the whole mesh."""
+        return int(self.domain.mesh.topology.index_map(2).size_global)
+
+    @property
+    def dofs(self) -> int:
+        """Unknowns of the whole mesh."""
+        return int(self.body.space.dofmap.index_map.size_global) * 2
+
+    @property
+    def force_scale(self) -> float:
+        """What residuals are measured by [Pa µm]: the weight modelled, or a stiffness if there is none."""
+        soft = min(self.scene.layer_of(name).young_Pa for name in LAYER_NAMES)
+        return abs(self.weight) / (2 if self.half else 1) or 1e-3 * soft
+
+    def _body(self) -> tuple[Body, list[Obstacle]]:
+        scene, domain = self.scene, self.domain
+        space = fem.VectorFunctionSpace(domain.mesh, ("Lagrange", scene.mesh.order))
+        smeared = scene.cell.layers == "smeared"
+        layers = {name: material(scene, name) for name in LAYER_NAMES}
+        first = {merged: pair[0] for pair, merged in MERGED.items()}
+        groups = {name: layers[first.get(name, name)] for name, _ in self.interfaces}
+        blend = smeared_weights(scene, domain, self.centre) if smeared else None
+        form = scene.contact.form
+        width = scene.contact.smoothing_um if form == "surface" else scene.contact.volume_width_um
+        contact = Contact(form, scene.contact.penalty_Pa_per_um, width) if self.obstacles else None
+        load = (scene.cell.density_kg_m3 - scene.cell.medium_density_kg_m3) * KG_M3
+        body = Body(
+            domain=domain,
+            mixtures=mixtures(domain, layers if smeared else groups, blend),
+            space=space,
+            bcs=self._symmetry(space),
+            body_force=(0.0, -load * scene.load.gravity_m_s2 * M_S2 * scene.load.factor),
+            contact=contact,
+            density=scene.cell.density_kg_m3 * KG_M3 if scene.cell.inertia else None,
+            amplitude=ramp(scene.load.half_ramp_s),
+        )
+        outline, rest = Outline(domain, space, "outer"), fem.Function(space)
+        near = {label: outline.max_depth(rest, [o]) > -width for label, o in self.obstacles.items()}
+        reached = tuple(o for label, o in self.obstacles.items() if near[label])
+        others = [o for label, o in self.obstacles.items() if not near[label]]
+        return dataclasses.replace(body, obstacles=reached), others
+
+    def _symmetry(self, space: Any) -> tuple[Any, ...]:
+        """u_x = 0 on the axis of a half cell."""
+        if not self.half:
+            return ()
+        tags = self.domain.facet_tags
+        facets = tags.indices[tags.values == self.domain.facets["axis"]]
+        dofs = fem.locate_dofs_topological(space.sub(0), 1, facets)
+        return (fem.dirichletbc(PETSc.ScalarType(0), dofs, space.sub(0)),)
+
+    @property
+    def mirror_symmetric(self) -> bool:
+        """Whether the obstacles are symmetric about the cell's vertical axis."""
+        x0 = 2 * self.centre[0]
+        pillars = [o for o in self.obstacles.values() if isinstance(o, Pillar)]
+        images = {(round(x0 - p.x_um, 9), p.y_um, p.half_width_um, p.height_um, p.exponent) for p in pillars}
+        return images == {(round(p.x_um, 9), p.y_um, p.half_width_um, p.height_um, p.exponent) for p in pillars}
+
+    @property
+    def free_sideways(self) -> bool:
+        """Whether nothing tells left from right: a symmetric scene, or a flat alone in reach."""
+        return self.mirror_symmetric or all(isinstance(o, Flat) for o in self.body.obstacles)
+
+    def refuse_without_equilibrium(self) -> None:
+        """Raise SolveError where statics alone says that there is none."""
+        if self.scene.cell.inertia or self.weight == 0:
+            return
+        if self.weight < 0:
+            raise SolveError("floats: the medium is denser than the cell, no equilibrium without inertia")
+        touch = self.place.touch
+        if not self.half and not self.free_sideways and len(touch) == 1 and abs(touch[0].normal[0]) > 1e-9:
+            raise SolveError(
+                f"slides: no equilibrium; the only touch is on a slope (x = {touch[0].x_um:.4g} um, normal tilted by "
+                f"{math.degrees(math.asin(touch[0].normal[0])):.3g} degrees) and contact is frictionless"
+            )
+
+    def layout(self) -> Layout:
+        """What the observables need to know of the geometry."""
+        scene, apart = self.scene, {name for name, _ in self.interfaces}
+        regions = {
+            "nucleus": Ring(0.0, scene.nucleus_radius_um),
+            **{name: Ring(scene.inner_radius_um(name), scene.outer_radius_um(name)) for name in INSIDE_OUT},
+            "cell": Ring(0.0, scene.radius_um),
+        }
+        nucleus = tuple(name for name, radius in self.interfaces if radius <= scene.nucleus_radius_um)
+        groups = {"nucleus": nucleus, "cell": tuple(apart), **{n: (n,) for n in INSIDE_OUT if n in apart}}
+        pillars = tuple(o for o in self.obstacles.values() if isinstance(o, Pillar))
+        return Layout(self.centre, self.half, regions, groups, pillars, self.weight, self.lift_um)
+
+    def schedule(self) -> Schedule:
+        """Times to land on, and the tolerance."""
+        scene, end = self.scene, self.scene.time.end_s
+        landings = {t for t in (scene.ramp_end_s, *scene.output.times_s) if 0 < t < end}
+        return Schedule(end, tuple(sorted(landings)), scene.time.rtol, min(scene.ramp_end_s, end))
+
+    def create_run(self, log: Callable[[str], None]) -> Run:
+        """The run, its zero modes removed where the scene has any."""
+        modes = None
+        if not self.half and not self.scene.cell.inertia:
+            modes = rigid_modes(self.body, self.centre, sideways=self.free_sideways)
+        return Run(self.body, self.schedule(), self.force_scale, self.out_of_reach, modes, log)
