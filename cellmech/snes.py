@@ -14,13 +14,13 @@ from dolfinx.fem import petsc
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from cellmech.errors import SolveError
 from cellmech.forms import PointValues, compile_form
 from cellmech.kinematics import deformation_gradient
 from cellmech.residual import Body, State, equilibrium
 
 ROUND_OFF_SLACK = 1e3  # a line search stalled this close to the tolerance has met round-off, not trouble
 MAX_ITERATIONS = 30
+KEEP_RATE = 0.25  # a factorisation is kept while each iteration brings the residual down at least by this factor
 
 _counter = itertools.count()
 
@@ -68,16 +68,6 @@ class RigidModes:
         self.reactions = [b.dot(r) for b in self.vectors]
         for b, reaction in zip(self.vectors, self.reactions, strict=True):
             r.axpy(-reaction, b)
-
-    def refuse_sliding(self, limit: float) -> None:
-        """Raise SolveError if a constraint carries a force, which frictionless contact could not.
-
-        Args:
-            limit: largest reaction that counts as none [Pa µm].
-        """
-        for name, reaction in zip(self.names, self.reactions, strict=True):
-            if abs(reaction) > limit:
-                raise SolveError(f"slides: no equilibrium; holding the {name} takes {reaction:.3g} Pa um (generalised)")
 
 
 class _BorderedLU:
@@ -149,7 +139,7 @@ class Solver:
         self._A, self._b = petsc.create_matrix(self._K), petsc.create_vector(self._R)
         self._x = self._b.duplicate()
         self._watch = DetFWatch(body, state)
-        self.factorisations = 0
+        self.factorisations, self._keep, self._stale, self._norm = 0, False, False, np.inf
         self.atol = tolerance * force_scale
         self._snes = self._create_snes()
 
@@ -192,6 +182,14 @@ class Solver:
             self.modes.project(b)
 
     def _tangent(self, snes: PETSc.SNES, x: PETSc.Vec, A: PETSc.Mat, P: PETSc.Mat) -> None:
+        """Assemble the tangent, or leave the last one, and with it its factorisation, while it still serves."""
+        norm = snes.getFunctionNorm()
+        serves = snes.getIterationNumber() == 0 or norm < KEEP_RATE * self._norm
+        self._norm = norm
+        if serves and self._keep:
+            self._stale = True
+            return
+        self._keep, self._stale = True, False
         A.zeroEntries()
         petsc.assemble_matrix(A, self._K, list(self.body.bcs))
         A.assemble()
@@ -205,6 +203,10 @@ class Solver:
             A.assemble()
         self.factorisations += 1
 
+    def rebuild(self) -> None:
+        """Use no earlier factorisation in the next solve."""
+        self._keep = False
+
     def _set_displacement(self, x: PETSc.Vec) -> None:
         owned = x.getArray(readonly=True)
         self.state.u.x.array[: len(owned)] = owned
@@ -216,18 +218,26 @@ class Solver:
         When the solve fails `state.u` is of no use: the caller restores it.
         """
         self.amplitude.value = amplitude
-        before = self.factorisations
-        self._x.array[:] = self.state.u.x.array[: self._x.getLocalSize()]
-        petsc.set_bc(self._x, list(self.body.bcs))
-        self._watch.worst = None
-        self._snes.solve(None, self._x)
-        reason, residual = self._snes.getConvergedReason(), float(self._snes.getFunctionNorm())
-        converged = reason > 0 or (np.isfinite(residual) and residual <= ROUND_OFF_SLACK * self.atol)
+        before, iterations = self.factorisations, 0
+        guess = self.state.u.x.array[: self._x.getLocalSize()].copy()
+        while True:
+            self._x.array[:] = guess
+            petsc.set_bc(self._x, list(self.body.bcs))
+            self._watch.worst, self._stale = None, False
+            self._snes.solve(None, self._x)
+            iterations += self._snes.getIterationNumber()
+            reason, residual = self._snes.getConvergedReason(), float(self._snes.getFunctionNorm())
+            converged = reason > 0 or (np.isfinite(residual) and residual <= ROUND_OFF_SLACK * self.atol)
+            if converged or not self._stale:
+                break
+            self.rebuild()  # the old tangent may be to blame
+        if not converged:
+            self.rebuild()
         self._set_displacement(self._x)
         converged = converged and self._watch.admissible()
         return Outcome(
             converged=converged,
-            iterations=self._snes.getIterationNumber(),
+            iterations=iterations,
             factorisations=self.factorisations - before,
             residual=residual,
             reason="" if converged else self._explain(reason),
