@@ -1,0 +1,128 @@
+"""What a scene is: an immutable tree of validated inputs whose attribute names are the TOML keys.
+
+Units are the file's (µm, Pa, s, kg/m3), as the names say; nothing is converted here.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Self
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from cellmech.fields import Line, Whole, broken
+from cellmech.scene_parts import (
+    LAYER_NAMES,
+    Cell,
+    Contact,
+    Flat,
+    Law,
+    Layer,
+    LayerName,
+    Layers,
+    Load,
+    Mesh,
+    Output,
+    Pillar,
+    Table,
+    Time,
+)
+from cellmech.scene_rules import breaches
+
+__all__ = [
+    "LAYER_NAMES",
+    "Cell",
+    "Contact",
+    "Flat",
+    "Law",
+    "Layer",
+    "LayerName",
+    "Layers",
+    "Load",
+    "Mesh",
+    "Output",
+    "Pillar",
+    "Scene",
+    "Time",
+]
+
+
+def _flat(value: object) -> object:
+    """`flat = false` leaves the flat out."""
+    if value is True or not isinstance(value, dict | Flat | bool | None):
+        raise broken("must be a table, or false for none", "Write [flat] with y_um, or flat = false.")
+    return None if value is False else value
+
+
+class Scene(Table):
+    """One cell on one substrate under one load: everything a run needs to know.
+
+    `Scene()` is Table 1. A scene that exists keeps every rule: building one that does not raises pydantic's
+    ValidationError, which `scene_file.read_scene` turns into an InputError.
+    """
+
+    schema_: Annotated[int, Whole(1, 1)] = Field(default=1, alias="schema")
+    title: Annotated[str, Line()] = ""
+    cell: Cell = Cell()
+    layer: Layers = Layers()
+    pillar: tuple[Pillar, ...] = (Pillar(),)
+    flat: Annotated[Flat | None, BeforeValidator(_flat)] = Flat()
+    load: Load = Load()
+    contact: Contact = Contact()
+    time: Time = Time()
+    mesh: Mesh = Mesh()
+    output: Output = Output()
+
+    @model_validator(mode="after")
+    def _keeps_the_rules(self) -> Self:
+        breach = next(breaches(self), None)
+        if breach is not None:
+            raise broken(breach.rule, breach.hint, key=breach.key, got=breach.got)
+        return self
+
+    def layer_of(self, name: LayerName) -> Layer:
+        """The layer of that name, as written: its law and poisson may be None."""
+        layer: Layer = getattr(self.layer, name)
+        return layer
+
+    def layer_law(self, name: LayerName) -> Law:
+        """The law of that layer, the cell's where it has none of its own."""
+        return self.layer_of(name).law or self.cell.law
+
+    def layer_poisson(self, name: LayerName) -> float:
+        """Poisson's ratio of that layer, the cell's where it has none of its own [-]."""
+        own = self.layer_of(name).poisson
+        return self.cell.poisson if own is None else own
+
+    def laws(self) -> tuple[Law, ...]:
+        """The laws in use, without repetition, from the outermost layer in."""
+        return tuple(dict.fromkeys(self.layer_law(name) for name in LAYER_NAMES))
+
+    def outer_radius_um(self, name: LayerName) -> float:
+        """Outer radius of that layer [µm]."""
+        return self.layer_of(name).outer_radius_um
+
+    def inner_radius_um(self, name: LayerName) -> float:
+        """Inner radius of that layer, 0 for the nucleoplasm [µm]."""
+        inside = LAYER_NAMES[LAYER_NAMES.index(name) + 1 :]
+        return self.layer_of(inside[0]).outer_radius_um if inside else 0.0
+
+    @property
+    def radius_um(self) -> float:
+        """Radius of the cell [µm]."""
+        return self.layer.membrane.outer_radius_um
+
+    @property
+    def nucleus_radius_um(self) -> float:
+        """Radius of the nucleus, lamina included [µm]."""
+        return self.layer.lamina.outer_radius_um
+
+    @property
+    def ramp_end_s(self) -> float:
+        """Time from which the full load acts, 2 T_g [s]."""
+        return 2.0 * self.load.half_ramp_s
+
+    @property
+    def has_weight(self) -> bool:
+        """Whether any load is left after buoyancy."""
+        lighter = self.cell.density_kg_m3 - self.cell.medium_density_kg_m3
+        return lighter * self.load.gravity_m_s2 * self.load.factor != 0.0

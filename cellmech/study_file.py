@@ -1,0 +1,207 @@
+"""Study files: one TOML file, and the overrides of the command line, become named cases with a scene each."""
+
+from __future__ import annotations
+
+import copy
+import os
+import stat
+import tomllib
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from cellmech.errors import InputError
+from cellmech.scene import Scene
+from cellmech.scene_file import read_scene
+from cellmech.scene_keys import brief, check_tables, put
+from cellmech.study_cases import Variant, check_names, name_fault, named_variants, swept_variants
+
+MOST_BYTES = 1_000_000
+DEEPEST = 20  # levels of tables and lists; a scene has four
+OVERRIDE = "--set"
+
+
+@dataclass(frozen=True)
+class Case:
+    """One scene of a study.
+
+    Args:
+        name: unique in the study, and safe as the name of a folder.
+        scene: the complete input.
+        swept: dotted key -> value of what sets this case apart, as written in the file.
+    """
+
+    name: str
+    scene: Scene
+    swept: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Study:
+    """A study file as read: `path` is None for Table 1 without a file, `stem` names the results folder."""
+
+    title: str
+    path: Path | None
+    stem: str
+    cases: tuple[Case, ...]
+
+
+def load_study(path: str | os.PathLike[str] | None, overrides: Sequence[str] = ()) -> Study:
+    """Read and validate a study: every case of it, before anything is solved.
+
+    Args:
+        path: the TOML file, None for Table 1 as it is.
+        overrides: KEY=VALUE texts of `--set`, in order; VALUE is TOML, or else a bare text.
+
+    Raises:
+        InputError: one message that names the file (or `--set`), the key, the rule and the value.
+    """
+    where = "Table 1" if path is None else os.fspath(path)
+    data = {} if path is None else read_toml(where)
+    stem = "table1" if path is None else Path(where).stem
+    if fault := name_fault(stem):
+        rule = f"the file's name without its ending {fault}"
+        raise InputError(where, "", rule, brief(stem), "The folder of its results is called after it.")
+    sweep, named = data.pop("sweep", None), data.pop("case", None)
+    if sweep is not None and named is not None:
+        raise InputError(where, "case", "must not stand beside [sweep]", None, "Use one of them, or two files.")
+    variants: tuple[Variant, ...] = ()
+    if sweep:
+        variants = swept_variants(sweep, where)
+    elif named:
+        variants = named_variants(named, where)
+    check_tables(data, where)
+    sets = parse_overrides(overrides)
+    _refuse_swept(sets, variants)
+    source = _Source(where, data, sets)
+    cases = tuple(source.case(variant) for variant in variants or [Variant(stem, {})])
+    check_names((case.name for case in cases), where)  # last: a bad value says more than the name made of it
+    return Study(cases[0].scene.title or stem, None if path is None else Path(where), stem, cases)
+
+
+def read_toml(where: str) -> dict[str, Any]:
+    """The content of a TOML file.
+
+    Raises:
+        InputError: for a file that is missing, unreadable, too large, no UTF-8 or no TOML.
+    """
+    try:
+        if not stat.S_ISREG(os.stat(where).st_mode):
+            kind = "folder" if os.path.isdir(where) else "device or pipe"
+            raise InputError(where, "", f"must be a TOML file, and is a {kind}")
+        with open(where, "rb") as stream:
+            raw = stream.read(MOST_BYTES + 1)
+    except FileNotFoundError:
+        hint = "The study files that come with the program are in studies/."
+        raise InputError(where, "", "there is no such file", None, hint) from None
+    except (OSError, ValueError) as error:  # ValueError: a name with a null byte
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        raise InputError(where, "", f"cannot be read ({reason})") from None
+    if len(raw) > MOST_BYTES:
+        raise InputError(where, "", f"must be at most {MOST_BYTES:,} bytes long")
+    try:
+        data = tomllib.loads(raw.decode("utf-8-sig"))
+    except UnicodeDecodeError as error:
+        line = raw.count(b"\n", 0, error.start) + 1
+        raise InputError(where, "", f"must be UTF-8 text, and is not (at line {line})") from None
+    except ValueError as error:  # of tomllib, and of int() for thousands of digits
+        raise InputError(where, "", f"is no valid TOML: {error}") from None
+    except RecursionError:
+        raise _too_deep(where) from None
+    if _is_deep(data):
+        raise _too_deep(where)
+    return data
+
+
+def _too_deep(where: str) -> InputError:
+    return InputError(where, "", f"must not nest lists and tables more than {DEEPEST} deep")
+
+
+def _is_deep(data: object) -> bool:
+    """Whether the nesting could overflow the stack of what walks the data."""
+    level = [data]
+    for _ in range(DEEPEST + 1):
+        level = [
+            inner
+            for item in level
+            if isinstance(item, dict | list)
+            for inner in (item.values() if isinstance(item, dict) else item)
+        ]
+    return bool(level)
+
+
+def parse_overrides(texts: Iterable[str]) -> dict[str, Any]:
+    """Dotted key -> value of the KEY=VALUE texts of `--set`; of a key set twice the last counts.
+
+    Raises:
+        InputError: for a text without "=", without a key or without a value.
+    """
+    sets: dict[str, Any] = {}
+    for text in texts:
+        key, equals, value = (part.strip() for part in text.partition("="))
+        if not equals or not key or not value:
+            hint = "Such as --set load.factor=2 or --set cell.law=yeoh."
+            raise InputError(OVERRIDE, "", "must be KEY=VALUE", brief(text), hint)
+        key = key.replace('"', "").replace("'", "")
+        sets.pop(key, None)
+        sets[key] = _toml_value(value)
+        if _is_deep(sets[key]):
+            raise _too_deep(OVERRIDE)
+    return sets
+
+
+def _toml_value(text: str) -> Any:
+    try:
+        data = tomllib.loads(f"value = {text}")
+    except (ValueError, RecursionError):
+        return text
+    return data["value"] if len(data) == 1 else text
+
+
+def _refuse_swept(sets: Iterable[str], variants: Iterable[Variant]) -> None:
+    swept = dict.fromkeys(key for variant in variants for key in variant.settings)
+    for key in sets:
+        for other in swept:
+            if key == other or key.startswith(f"{other}.") or other.startswith(f"{key}."):
+                rule = f"must not override {other}, which the study varies from case to case"
+                raise InputError(OVERRIDE, key, rule, None, "Choose cases with --only, or write a study of your own.")
+
+
+class _Source:
+    """A file's own content and the overrides, from which the cases are built."""
+
+    def __init__(self, where: str, data: dict[str, Any], sets: dict[str, Any]) -> None:
+        self.where, self.data, self.sets = where, data, sets
+
+    def case(self, variant: Variant) -> Case:
+        try:
+            scene = self._scene(variant.settings, self.sets)
+        except InputError as error:
+            raise self._blamed(error, variant) from None
+        return Case(variant.name, scene, dict(variant.settings))
+
+    def _scene(self, settings: dict[str, Any], sets: dict[str, Any]) -> Scene:
+        data = copy.deepcopy(self.data)
+        for key, value in (settings | sets).items():
+            put(data, key, copy.deepcopy(value), self.where)
+        return read_scene(data, self.where)
+
+    def _blamed(self, error: InputError, variant: Variant) -> InputError:
+        """The same error at the place that causes it: the file, the case or `--set`.
+
+        A rule may tie keys from several places together, so what counts is whether it breaks without the part.
+        """
+        where = self.where
+        if self.sets and not self._also(error, variant.settings, {}):
+            where = OVERRIDE
+        if variant.settings and not self._also(error, {}, self.sets):
+            where += f", case {brief(variant.name)!r}"
+        return InputError(where, error.key, error.rule, error.got, error.hint)
+
+    def _also(self, error: InputError, settings: dict[str, Any], sets: dict[str, Any]) -> bool:
+        try:
+            self._scene(settings, sets)
+        except InputError as other:
+            return (other.key, other.rule, repr(other.got)) == (error.key, error.rule, repr(error.got))
+        return False
