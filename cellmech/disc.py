@@ -1,0 +1,167 @@
+"""What a disc is and how finely it is meshed: layers, sizes, and the Gmsh script that follows from them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from cellmech.errors import InputError
+from cellmech.geo_script import GeoScript, Sector
+
+# Element sizes in units of DiscSpec.size_um, and slopes of size over distance, chosen by measurement on Table 1: the
+# strain next to the lamina varies along it, so that the largest J1 needs short edges there; the interior does not.
+_FAR, _CONTACT, _OUTLINE = 1.5, 0.6, 0.25
+_GROWTH = 0.7  # away from the contact zone and from the nucleus outline
+_FADE = 0.2  # along the nucleus outline, away from the contact
+_ZONE = 0.25  # radius of the contact zone in units of the outer radius
+BOTTOM, SIDE, TOP = (0.0, -1.0), (1.0, 0.0), (0.0, 1.0)
+
+Rule = tuple[str, str, object, bool]  # key, rule, value got, whether it holds
+
+
+@dataclass(frozen=True)
+class DiscSpec:
+    """A layered disc, or its right half, and how finely it is meshed; the defaults are Table 1.
+
+    Lengths and coordinates are in µm.
+
+    Args:
+        shape: "half" (x >= centre) or "full" (the same mesh and its mirror image).
+        centre: x, y of the centre.
+        interfaces: layers that are meshed apart, from the inside out: name and outer radius.
+        nucleus_radius_um: this circle is always an interface, the facet group "nucleus_outline".
+        size_um: the element size that the others follow; far from contact and outline they reach 1.5 times it.
+        contact_size_um: size in the contact zone; None for 0.6 `size_um`.
+        outline_size_um: size along the nucleus outline where it faces the contact; None for 0.25 `size_um`.
+        order: 1 for straight triangles, 2 for curved ones.
+        thin_layers: least number of elements across a layer.
+        touch: points where contact begins; None for the bottom, () for no contact zone.
+        contact_zone_um: radius of the refined zone around each of them; None for 0.25 times the outer radius.
+
+    Raises:
+        InputError: a value breaks its rule.
+    """
+
+    shape: str = "half"
+    centre: tuple[float, float] = (0.0, 9.5)
+    interfaces: tuple[tuple[str, float], ...] = (
+        ("nucleoplasm", 4.9),
+        ("lamina", 5.0),
+        ("cytosol", 9.5),
+        ("membrane", 10.0),
+    )
+    nucleus_radius_um: float = 5.0
+    size_um: float = 0.6
+    contact_size_um: float | None = None
+    outline_size_um: float | None = None
+    order: int = 2
+    thin_layers: int = 1
+    touch: tuple[tuple[float, float], ...] | None = None
+    contact_zone_um: float | None = None
+
+    def __post_init__(self) -> None:
+        lengths = ("size_um", "contact_size_um", "outline_size_um", "contact_zone_um")
+        check(
+            "DiscSpec",
+            ("shape", 'must be "half" or "full"', self.shape, self.shape in ("half", "full")),
+            *layer_rules(0.0, self.interfaces),
+            *mesh_rules(self.order, {key: getattr(self, key) for key in lengths}),
+            ("thin_layers", "must be an integer, 1 to 100", self.thin_layers, self.thin_layers in range(1, 101)),
+        )
+        inside = 0 < self.nucleus_radius_um < self.interfaces[-1][1]
+        rule = "must lie between 0 and the outer radius [µm]"
+        check("DiscSpec", ("nucleus_radius_um", rule, self.nucleus_radius_um, inside))
+
+
+def size_expression(spec: DiscSpec) -> str:
+    """Element size [µm] in the right half of a disc, a Gmsh MathEval expression in x and y."""
+    x0, y0 = spec.centre
+    rim = spec.interfaces[-1][1]
+    far = _FAR * spec.size_um
+    contact = spec.contact_size_um or _CONTACT * spec.size_um
+    outline = spec.outline_size_um or _OUTLINE * spec.size_um
+    zone = spec.contact_zone_um or _ZONE * rim
+    touch = ((x0, y0 - rim),) if spec.touch is None else spec.touch
+    beside = f"{outline:.12g} + {_GROWTH} * abs({_distance(x0, y0)} - {spec.nucleus_radius_um:.12g})"
+    size = f"{far:.12g}" if touch else f"min({far:.12g}, {beside})"
+    for x, y in touch:
+        away = _distance(x0 + abs(x - x0), y)  # the left half is the mirror image of the right one
+        near = f"{contact:.12g} + {_GROWTH} * max(0, {away} - {zone:.12g})"
+        facing = f"{beside} + {_FADE} * max(0, {away} - {math.hypot(x - x0, y - y0):.12g})"
+        size = f"min({size}, min({near}, {facing}))"
+    return size
+
+
+def disc_script(spec: DiscSpec) -> str:
+    """Gmsh script of a disc; groups are its layers, "outer", "nucleus_outline" and, for the half, "axis"."""
+    return disc_sectors(spec)[0].text()
+
+
+def disc_sectors(spec: DiscSpec) -> tuple[GeoScript, list[Sector]]:
+    """Script of a disc and its right sector, then, in a full disc, the left one."""
+    script = GeoScript(spec.centre)
+    radii = sorted({radius for _, radius in spec.interfaces} | {spec.nucleus_radius_um})
+    across = [0, *(_elements_across(spec, *pair) for pair in pairwise(radii))]
+    sectors = [script.sector(radii, (BOTTOM, SIDE, TOP), across, solid=True)]
+    if spec.shape == "full":
+        sectors.append(script.sector(radii, (BOTTOM, (-1.0, 0.0), TOP), across, solid=True))
+        script.mirror(*sectors)
+    layers: dict[str, list[int]] = {}
+    for k, radius in enumerate(radii):
+        name = next(name for name, outer in spec.interfaces if radius <= outer)
+        layers.setdefault(name, []).extend(number for sector in sectors for number in sector.annuli[k].surfaces)
+    for name, numbers in layers.items():
+        script.group(2, name, numbers)
+    for name, k in (("outer", -1), ("nucleus_outline", radii.index(spec.nucleus_radius_um))):
+        script.group(1, name, [arc for sector in sectors for arc in sector.arcs[k]])
+    if spec.shape == "half":
+        script.group(1, "axis", [*sectors[0].start, *sectors[0].end])
+    script.sizes(size_expression(spec), spec.order)
+    return script, sectors
+
+
+def _elements_across(spec: DiscSpec, inner: float, outer: float) -> int:
+    """Elements across a structured annulus, 0 for one whose elements are small enough to need no structure."""
+    angle = np.linspace(-np.pi / 2, np.pi / 2, 361)
+    middle = (inner + outer) / 2
+    names = {"min": np.minimum, "max": np.maximum, "abs": np.abs, "sqrt": np.sqrt}
+    names |= {"x": spec.centre[0] + middle * np.cos(angle), "y": spec.centre[1] + middle * np.sin(angle)}
+    # The very text that Gmsh gets, so that the two cannot disagree.
+    size = eval(size_expression(spec).replace("^", "**"), {"__builtins__": {}}, names) * np.ones_like(angle)
+    if size.max() * spec.thin_layers <= outer - inner:
+        return 0
+    return max(spec.thin_layers, math.ceil((outer - inner) / (2 * size.min())))
+
+
+def _distance(x: float, y: float) -> str:
+    return f"sqrt((x - ({x:.12g}))^2 + (y - ({y:.12g}))^2)"
+
+
+def layer_rules(inner: float, interfaces: Sequence[tuple[str, float]]) -> list[Rule]:
+    """Rules of layers that begin at an inner radius [µm]."""
+    radii = [inner, *(radius for _, radius in interfaces)]
+    grows = len(radii) > 1 and 0 <= inner and all(a < b < math.inf for a, b in pairwise(radii))
+    named = all(name and name.isprintable() and '"' not in name for name, _ in interfaces)
+    return [
+        ("interfaces", "radii must grow from the inside out [µm]", interfaces, grows),
+        ("interfaces", "every layer needs a name, without quotes", interfaces, named),
+    ]
+
+
+def mesh_rules(order: int, lengths: dict[str, float | None]) -> list[Rule]:
+    """Rules of the element order and of lengths [µm], None where a default is taken."""
+    return [
+        ("order", "must be 1 or 2", order, order in (1, 2)),
+        *((key, "must be positive [µm]", um, um is None or 0 < um < math.inf) for key, um in lengths.items()),
+    ]
+
+
+def check(where: str, *rules: Rule) -> None:
+    """Raise an InputError for the first rule that is broken."""
+    for key, rule, got, holds in rules:
+        if not holds:
+            raise InputError(where, key, rule, got)
