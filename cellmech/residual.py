@@ -27,7 +27,7 @@ class Body:
         domain: mesh and named groups.
         mixtures: materials (`cellmech.materials.mixtures`).
         bcs: homogeneous or fixed Dirichlet conditions on the displacement, built on `space`.
-        body_force: dead force per reference volume at full load [Pa/µm], shape (2,).
+        body_force: dead force per reference volume at full load [Pa/µm], shape (2,), numbers or a UFL vector field.
         tractions: dead traction per reference area [Pa] by name of the facet group.
         contact: how obstacles push, None without any.
         obstacles: the obstacles that are modelled.
@@ -40,7 +40,7 @@ class Body:
     mixtures: tuple[Mixture, ...]
     space: fem.FunctionSpace
     bcs: tuple[Any, ...] = ()
-    body_force: tuple[float, float] = (0.0, 0.0)
+    body_force: Any = (0.0, 0.0)
     tractions: dict[str, Sequence[float]] | None = None
     contact: Contact | None = None
     obstacles: tuple[Obstacle, ...] = ()
@@ -151,7 +151,9 @@ def contact_work(body: Body, state: State, w: Any) -> ufl.Form | None:
 def load_work(body: Body, w: Any) -> ufl.Form:
     """Virtual work of the dead loads at full amplitude [Pa µm] (eqs 24, 32)."""
     mesh = body.domain.mesh
-    force = fem.Constant(mesh, np.array(body.body_force, dtype=float))
+    force = body.body_force
+    if not isinstance(force, ufl.core.expr.Expr):
+        force = fem.Constant(mesh, np.array(force, dtype=float))
     work = ufl.dot(force, w) * body.domain.dx(body.bulk_degree)
     for name, traction in (body.tractions or {}).items():
         t = fem.Constant(mesh, np.array(traction, dtype=float))

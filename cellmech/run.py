@@ -255,7 +255,8 @@ class Run:
             far *= 2
             if far > 1.0:
                 return np.zeros_like(self.u)
-        distance = brentq(imbalance, 0.0, far, xtol=1e-15, rtol=1e-10)
+        near = self.body.contact.threshold_um if self.body.contact else 0.0  # a volume force acts before touch
+        distance = brentq(imbalance, near, far, xtol=1e-15, rtol=1e-10)
         return np.tile(distance * direction, len(self.u) // 2)
 
     def _reaches_more(self) -> bool:
