@@ -28,7 +28,7 @@ class Domain:
         facet_tags: group numbers of facets.
         cells: number of each group of cells, by name.
         facets: number of each group of facets, by name.
-        quality: see `mesh_quality`.
+        quality: of `mesh_quality`, and `cells_<name>`, the number of cells of each group.
     """
 
     mesh: Any
@@ -87,7 +87,7 @@ def from_gmsh(model: Any, comm: MPI.Comm) -> Domain:
     quality = mesh_quality(mesh)
     for name, number in cells.items():
         own = cell_tags.indices[cell_tags.values == number] < mesh.topology.index_map(2).size_local
-        quality[f"cells_{name}"] = comm.allreduce(int(own.sum()))
+        quality[f"cells_{name}"] = comm.allreduce(float(own.sum()))
     return Domain(mesh, cell_tags, facet_tags, cells, facets, quality)
 
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import dolfinx
 import numpy as np
+from dolfinx import fem
 from dolfinx import mesh as dmesh
 from mpi4py import MPI
 
@@ -31,3 +32,30 @@ def cell_points(mesh: Any) -> np.ndarray:
     if OLD:
         dofs = dofs.array.reshape(dofs.num_nodes, -1)
     return mesh.geometry.x[dofs[:cells], :2]
+
+
+def displacement_space(mesh: Any, degree: int) -> Any:
+    """Continuous Lagrange vectors of this degree."""
+    if OLD:
+        return fem.VectorFunctionSpace(mesh, ("Lagrange", degree))
+    return fem.functionspace(mesh, ("Lagrange", degree, (2,)))
+
+
+def cellwise_space(mesh: Any) -> Any:
+    """Functions constant on each cell."""
+    return fem.FunctionSpace(mesh, ("DG", 0)) if OLD else fem.functionspace(mesh, ("DG", 0))
+
+
+def compiled_form(form: Any, jit: dict[str, Any]) -> Any:
+    """A UFL form compiled with these options of the just-in-time compiler."""
+    return fem.form(form, jit_params=jit) if OLD else fem.form(form, jit_options=jit)
+
+
+def compiled_expression(expression: Any, points: np.ndarray, jit: dict[str, Any]) -> Any:
+    """A UFL expression compiled for evaluation at reference points, shape (n, 2)."""
+    return fem.Expression(expression, points, **{"jit_params" if OLD else "jit_options": jit})
+
+
+def evaluate(expression: Any, mesh: Any, cells: np.ndarray) -> np.ndarray:
+    """Values of a compiled expression in the cells, shape (n_cells, n_points * value_size)."""
+    return expression.eval(cells) if OLD else expression.eval(mesh, cells).reshape(len(cells), -1)

@@ -16,8 +16,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from dolfinx import fem
 from mpi4py import MPI
+
+from cellmech import fenicsx
 
 COMPILER_ARGUMENTS = ["-O2", "-g0"]
 
@@ -61,7 +62,7 @@ def _quiet() -> Iterator[None]:
 def compile_form(form: Any, comm: MPI.Comm) -> Any:
     """The compiled form (collective on comm)."""
     with _compiling(comm) as options:
-        return fem.form(form, jit_params=options)
+        return fenicsx.compiled_form(form, options)
 
 
 class PointValues:
@@ -75,10 +76,10 @@ class PointValues:
 
     def __init__(self, expression: Any, points: np.ndarray, comm: MPI.Comm) -> None:
         with _compiling(comm) as options:
-            self._expression = fem.Expression(expression, np.asarray(points, dtype=float), jit_params=options)
-        self.n_points = len(points)
+            self._expression = fenicsx.compiled_expression(expression, np.asarray(points, dtype=float), options)
+        self.n_points, self._mesh = len(points), expression.ufl_domain().ufl_cargo()
 
     def __call__(self, cells: np.ndarray) -> np.ndarray:
         """Values at the points of the cells, shape (n_cells, n_points, value_size)."""
-        values = self._expression.eval(cells)
+        values = fenicsx.evaluate(self._expression, self._mesh, cells)
         return values.reshape(len(cells), self.n_points, -1)

@@ -12,6 +12,7 @@ from dolfinx import fem
 
 from cellmech.domain import Domain
 from cellmech.energies import energy_and_stress
+from cellmech.fenicsx import cellwise_space
 from cellmech.fluid import fluid_stress
 from cellmech.kinematics import dilatation_rate
 
@@ -122,7 +123,7 @@ def _mixture(domain: Domain, names: tuple[str, ...], materials: Mapping[str, Mat
 
 def _piecewise(domain: Domain, values: Mapping[str, float]) -> fem.Function:
     """A cell-wise constant function with the given value on each named group."""
-    function = fem.Function(fem.FunctionSpace(domain.mesh, ("DG", 0)))
+    function = fem.Function(cellwise_space(domain.mesh))
     tags = domain.cell_tags
     for name, value in values.items():
         cells = tags.indices[tags.values == domain.cells[name]]

@@ -65,7 +65,6 @@ class Layout:
         regions: reported regions by name.
         groups: names of the cell groups a region consists of, for the regions that are meshed apart.
         pillars: obstacles whose distance from the lamina is reported.
-        weight: of the whole cell at full load [Pa µm].
         lift_um: how far the cell was moved to first touch [µm].
     """
 
@@ -74,7 +73,6 @@ class Layout:
     regions: Mapping[str, Ring]
     groups: Mapping[str, tuple[str, ...]]
     pillars: tuple[Pillar, ...]
-    weight: float
     lift_um: float = 0.0
 
     @property
@@ -260,7 +258,7 @@ class Observer:
     def _contact(self) -> dict[str, float | None]:
         run, layout = self.run, self.layout
         force = run.ledger.contact_force() * layout.copies
-        weight = layout.weight * run.ledger.amplitude
+        weight = -float(run.ledger.load_resultant()[1]) * run.ledger.amplitude * layout.copies
         result: dict[str, float | None] = {
             "force_Pa_x_um": float(force[1]),
             "lateral_force_Pa_x_um": 0.0 if layout.half else float(force[0]),

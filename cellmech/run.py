@@ -96,6 +96,27 @@ class History:
         return sum(w * v for w, v in zip(weights, self.values, strict=True))
 
 
+@dataclass(frozen=True)
+class LoadPath:
+    """The last equilibrium of a body without memory, and the one before it."""
+
+    amplitude: float
+    u: np.ndarray
+    before: LoadPath | None = None
+
+    def __post_init__(self) -> None:
+        """Keep one predecessor, not the whole chain."""
+        if self.before is not None:
+            object.__setattr__(self, "before", dataclasses.replace(self.before, before=None))
+
+    def predict(self, amplitude: float) -> np.ndarray:
+        """Displacement at a load amplitude by the secant through both [µm]."""
+        if self.before is None or self.amplitude == self.before.amplitude:
+            return self.u
+        share = (amplitude - self.amplitude) / (self.amplitude - self.before.amplitude)
+        return self.u + share * (self.u - self.before.u)
+
+
 class Run:
     """A body on its way through time.
 
@@ -128,7 +149,7 @@ class Run:
         if body.density is None and body.obstacles:
             self._touch()
         self._bind(body)
-        self.ledger.begin(body.amplitude(0.0))
+        self.ledger.begin(body.amplitude(0.0) if body.rate_dependent else 0.0)
 
     def _touch(self) -> None:
         """Translate the resting body until the first quadrature point of the contact would feel the obstacle.
@@ -151,7 +172,9 @@ class Run:
         return self.state.u.x.array
 
     def rate(self) -> float:
-        """Largest nodal displacement rate over the step just accepted [µm/s]. Collective."""
+        """Largest nodal displacement rate over the step just accepted [µm/s], 0 at constant load without memory."""
+        if not self.body.rate_dependent and self.body.amplitude(self.t - self.last_step_s) == self.body.amplitude(self.t):
+            return 0.0
         change = self._largest_node(self.u - self.state.u_n.x.array)
         return float(self.comm.allreduce(change, op=MPI.MAX)) / self.last_step_s
 
@@ -285,40 +308,39 @@ class Run:
         on_step(Step(t, h, amplitude, outcome.iterations, error))
 
     def _load_steps(self, on_step: Callable[[Step], None]) -> None:
+        """Equilibria along the load; time only says how much of it acts."""
         ramp, end = self.schedule.ramp_end_s, self.schedule.end_s
         times = {t for t in (*self.schedule.landings_s, end) if t > 0}
         times |= {ramp * k / LOAD_STEPS for k in range(1, LOAD_STEPS + 1) if 0 < ramp * k / LOAD_STEPS < end}
-        history, amplitude = History(depth=2), self.body.amplitude(0.0) if ramp > 0 else 0.0
-        history.push(self.u, None)
+        path = LoadPath(0.0, self.u.copy())
         for t in sorted(times):
-            outcome = self._continue_to(amplitude, self.body.amplitude(t), history)
+            start, h = path, t - self.t
+            path, outcome = self._follow(start, self.body.amplitude(t))
             while self._reaches_more():
-                self.u[:] = history.values[0]
-                outcome = self._continue_to(amplitude, self.body.amplitude(t), history)
-            h, amplitude = t - self.t, self.body.amplitude(t)
+                path, outcome = self._follow(start, self.body.amplitude(t))
             self._accept(t, h, outcome, None, on_step)
-            self.state.advance((0.0, 0.0, 0.0), inertia=False)
-            history.push(self.u, h)
+            self.state.rest()
 
-    def _continue_to(self, start: float, target: float, history: History) -> Outcome:
-        """Follow the equilibrium from one load amplitude to another, halving the load step where a solve fails."""
-        done, increment, iterations = start, target - start, 0
-        last = history.values[0].copy()
+    def _follow(self, path: LoadPath, target: float) -> tuple[LoadPath, Outcome]:
+        """Follow the equilibrium to a load amplitude, halving the load step where a solve fails."""
+        increment, iterations = target - path.amplitude, 0
         while True:
-            aim = target if abs(target - done) <= abs(increment) * (1 + 1e-9) else done + increment
-            self.u[:] = last
+            reaches = abs(target - path.amplitude) <= abs(increment) * (1 + 1e-9)
+            aim = target if reaches else path.amplitude + increment
+            self.u[:] = path.predict(aim)
             outcome = self._solve(aim)
             iterations += outcome.iterations
             if outcome.converged:
-                last, done = self.u.copy(), aim
-                if aim == target:
-                    return dataclasses.replace(outcome, iterations=iterations)
+                path = LoadPath(aim, self.u.copy(), path)
+                if reaches:
+                    return path, dataclasses.replace(outcome, iterations=iterations)
                 continue
             self.totals.failed_solves += 1
+            self.log(f"load amplitude {aim:.6g}: {outcome.reason}; load step halved")
             increment /= 2
             if abs(increment) < SMALLEST_LOAD_STEP:
-                self.u[:] = last
-                raise SolveError(self._no_way_on(outcome.reason, done))
+                self.u[:] = path.u
+                raise SolveError(self._no_way_on(outcome.reason, path.amplitude))
 
     def _no_way_on(self, reason: str, amplitude: float) -> str:
         return f"no equilibrium beyond t = {self.t:.6g} s, load amplitude {amplitude:.6g}: {reason}"

@@ -18,6 +18,7 @@ from cellmech.contact import Contact, Flat, Obstacle, Pillar, smooth_step
 from cellmech.domain import Domain, build_domain
 from cellmech.energies import LAWS, lame
 from cellmech.errors import SolveError
+from cellmech.fenicsx import displacement_space
 from cellmech.geometry import DiscSpec
 from cellmech.materials import Material, mixtures
 from cellmech.modes import rigid_modes
@@ -178,7 +179,7 @@ class Setup:
 
     def _body(self) -> tuple[Body, list[Obstacle]]:
         scene, domain = self.scene, self.domain
-        space = fem.VectorFunctionSpace(domain.mesh, ("Lagrange", scene.mesh.order))
+        space = displacement_space(domain.mesh, scene.mesh.order)
         smeared = scene.cell.layers == "smeared"
         layers = {name: material(scene, name) for name in LAYER_NAMES}
         first = {merged: pair[0] for pair, merged in MERGED.items()}
@@ -250,7 +251,7 @@ class Setup:
         nucleus = tuple(name for name, radius in self.interfaces if radius <= scene.nucleus_radius_um)
         groups = {"nucleus": nucleus, "cell": tuple(apart), **{n: (n,) for n in INSIDE_OUT if n in apart}}
         pillars = tuple(o for o in self.obstacles.values() if isinstance(o, Pillar))
-        return Layout(self.centre, self.half, regions, groups, pillars, self.weight, self.lift_um)
+        return Layout(self.centre, self.half, regions, groups, pillars, self.lift_um)
 
     def schedule(self) -> Schedule:
         """Times to land on, and the tolerance."""

@@ -1,0 +1,93 @@
+"""Meshes are the same on 1, 2 and 3 ranks, and what fails on one rank fails on all."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.mpi
+ROOT = Path(__file__).parents[2]
+MPIRUN = {
+    "OMPI_ALLOW_RUN_AS_ROOT": "1",
+    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+    "OMPI_MCA_rmaps_base_oversubscribe": "1",
+    "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe",
+    "OMP_NUM_THREADS": "1",
+}
+
+BUILD = """
+import json, sys
+from dolfinx import fem
+from mpi4py import MPI
+from cellmech.disc import DiscSpec
+from cellmech.domain import build_domain
+from cellmech.forms import compile_form
+
+comm = MPI.COMM_WORLD
+domain = build_domain(DiscSpec("full"), comm)
+one = fem.Constant(domain.mesh, 1.0)
+measures = {"outline": domain.dS(4, ("nucleus_outline",)), "outer": domain.ds(4, ("outer",))}
+measures |= {name: domain.dx(2, (name,)) for name in domain.cells}
+sizes = {name: comm.allreduce(fem.assemble_scalar(compile_form(one * m, comm))) for name, m in measures.items()}
+if comm.rank == 0:
+    print(json.dumps({"sizes": sizes, "quality": domain.quality}))
+"""
+
+FAIL = """
+from mpi4py import MPI
+from cellmech.domain import from_gmsh
+from cellmech.errors import MeshError
+from cellmech.geometry import DiscSpec, build_disc, interrupt_kept
+
+comm = MPI.COMM_WORLD
+
+def attempt(model):
+    try:
+        from_gmsh(model, comm)
+    except MeshError as error:
+        texts = comm.allgather(str(error))
+        assert len(set(texts)) == 1, texts
+        if comm.rank == 0:
+            print(texts[0], flush=True)
+
+if comm.rank == 0:
+    for break_it in (
+        lambda model: model.removePhysicalGroups(),
+        lambda model: model.mesh.setNode(int(model.mesh.getElementsByType(9)[1][0]), [50.0, 0.0, 0.0], []),
+    ):
+        with build_disc(DiscSpec(size_um=1.5)) as model:
+            break_it(model)
+            attempt(model)
+else:
+    attempt(None)
+    attempt(None)
+"""
+
+
+def run(ranks: int, code: str) -> str:
+    command = ["mpirun", "-n", str(ranks), sys.executable, "-c", code]
+    out = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, env={**os.environ, **MPIRUN}, timeout=300)
+    assert out.returncode == 0, out.stderr
+    return out.stdout
+
+
+@pytest.fixture(scope="module")
+def serial():
+    return json.loads(run(1, BUILD))
+
+
+@pytest.mark.parametrize("ranks", [2, 3])
+def test_distributed_mesh_has_the_groups_and_quality_of_the_serial_one(ranks, serial):
+    distributed = json.loads(run(ranks, BUILD))
+    assert serial["sizes"]["outline"] == pytest.approx(31.4159, rel=1e-5)
+    assert distributed["sizes"] == pytest.approx(serial["sizes"], rel=1e-12)
+    assert distributed["quality"] == pytest.approx(serial["quality"], rel=1e-12)
+
+
+def test_bad_mesh_raises_the_same_error_on_every_rank():
+    nameless, inverted = run(2, FAIL).splitlines()
+    assert "no physical group of surfaces" in nameless
+    assert "the Jacobian is not positive all over" in inverted
