@@ -71,7 +71,7 @@ class Controller:
         return error <= self.rtol
 
     def factor(self, error: float) -> float:
-        """Next step over this one [-]."""
+        """Next step over this one [-], rounded so that round-off, as of other ranks, leaves the steps alone."""
         if error <= 0:
             return self.grow
-        return float(np.clip(self.safety * (self.rtol / error) ** (1 / 3), self.shrink, self.grow))
+        return round(float(np.clip(self.safety * (self.rtol / error) ** (1 / 3), self.shrink, self.grow)), 3)

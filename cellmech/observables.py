@@ -258,7 +258,7 @@ class Observer:
     def _contact(self) -> dict[str, float | None]:
         run, layout = self.run, self.layout
         force = run.ledger.contact_force() * layout.copies
-        weight = -float(run.ledger.load_resultant()[1]) * run.ledger.amplitude * layout.copies
+        weight = 0.0 - float(run.ledger.load_resultant()[1]) * run.ledger.amplitude * layout.copies
         result: dict[str, float | None] = {
             "force_Pa_x_um": float(force[1]),
             "lateral_force_Pa_x_um": 0.0 if layout.half else float(force[0]),

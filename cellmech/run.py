@@ -172,11 +172,11 @@ class Run:
         return self.state.u.x.array
 
     def rate(self) -> float:
-        """Largest nodal displacement rate over the step just accepted [µm/s], 0 at constant load without memory."""
-        if not self.body.rate_dependent and self.body.amplitude(self.t - self.last_step_s) == self.body.amplitude(self.t):
+        """Largest nodal displacement rate over the last step [µm/s], 0 at constant load without memory."""
+        amplitude = self.body.amplitude
+        if not self.body.rate_dependent and amplitude(self.t - self.last_step_s) == amplitude(self.t):
             return 0.0
-        change = self._largest_node(self.u - self.state.u_n.x.array)
-        return float(self.comm.allreduce(change, op=MPI.MAX)) / self.last_step_s
+        return self._largest_node(self.u - self.state.u_n.x.array) / self.last_step_s
 
     def run(self, on_step: Callable[[Step], None]) -> None:
         """Go to the end, calling `on_step` after each accepted step.
@@ -244,14 +244,13 @@ class Run:
 
     def _error(self, difference: np.ndarray) -> float:
         """Largest nodal length of an estimated error over the largest displacement so far [-]. Collective."""
-        values = [self._largest_node(difference), self._largest_node(self.u)]
-        error, largest = self.comm.allreduce(np.array(values), op=MPI.MAX)
-        self._largest_now = max(self.largest, float(largest))
-        return float(error) / max(self._largest_now, bdf.DISPLACEMENT_FLOOR_UM)
+        self._largest_now = max(self.largest, self._largest_node(self.u))
+        return self._largest_node(difference) / max(self._largest_now, bdf.DISPLACEMENT_FLOOR_UM)
 
-    @staticmethod
-    def _largest_node(values: np.ndarray) -> float:
-        return float(np.sqrt(np.max(np.sum(values.reshape(-1, 2) ** 2, axis=1), initial=0.0)))
+    def _largest_node(self, values: np.ndarray) -> float:
+        """Largest length of a nodal vector over all ranks."""
+        mine = float(np.sqrt(np.max(np.sum(values.reshape(-1, 2) ** 2, axis=1), initial=0.0)))
+        return self.comm.allreduce(mine, op=MPI.MAX)
 
     def _solve(self, amplitude: float) -> Outcome:
         if self.totals.steps == 0 and self.body.density is None and self.body.obstacles:
