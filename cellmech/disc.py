@@ -12,12 +12,17 @@ import numpy as np
 from cellmech.errors import InputError
 from cellmech.geo_script import GeoScript, Sector
 
-# Element sizes in units of DiscSpec.size_um, and slopes of size over distance, chosen by measurement on Table 1: the
-# strain next to the lamina varies along it, so that the largest J1 needs short edges there; the interior does not.
-_FAR, _CONTACT, _OUTLINE = 1.5, 0.6, 0.25
-_GROWTH = 0.7  # away from the contact zone and from the nucleus outline
+# Element sizes in units of DiscSpec.size_um, and slopes of size over distance, chosen by measurement on Table 1, where
+# every reported maximum must settle. Three places decide. The membrane bends most at the edge of the contact and just
+# beside it, and only short edges along it resolve that; the cytosol above it may be coarse. The strain beside the lamina
+# varies along it. And J2 peaks inside the nucleus, between its centre and the contact.
+_FAR, _CONTACT, _OUTLINE, _CORE = 1.6, 0.18, 0.2, 0.57
+_GROWTH = 0.6  # away from the nucleus outline and from the core of the nucleus
 _FADE = 0.2  # along the nucleus outline, away from the contact
-_ZONE = 0.25  # radius of the contact zone in units of the outer radius
+_DEEPER, _ALONG = 0.4, 0.12  # away from the contact zone: into the cell, and along the rim
+_ZONE, _SKIN = 0.33, 0.06  # radius and depth of the contact zone in units of the outer radius
+_CORE_AT, _CORE_RADIUS = 0.32, 0.3  # the core: how far towards the contact, in units of the nucleus's radius
+_ELONGATION = 2.6  # of structured elements across the layer: bending varies slowly there
 BOTTOM, SIDE, TOP = (0.0, -1.0), (1.0, 0.0), (0.0, 1.0)
 
 Rule = tuple[str, str, object, bool]  # key, rule, value got, whether it holds
@@ -34,13 +39,13 @@ class DiscSpec:
         centre: x, y of the centre.
         interfaces: layers that are meshed apart, from the inside out: name and outer radius.
         nucleus_radius_um: this circle is always an interface, the facet group "nucleus_outline".
-        size_um: the element size that the others follow; far from contact and outline they reach 1.5 times it.
-        contact_size_um: size in the contact zone; None for 0.6 `size_um`.
-        outline_size_um: size along the nucleus outline where it faces the contact; None for 0.25 `size_um`.
+        size_um: the element size that the others follow; far from contact and outline they reach 1.6 times it.
+        contact_size_um: size in the contact zone; None for 0.18 `size_um`.
+        outline_size_um: size along the nucleus outline where it faces the contact; None for 0.2 `size_um`.
         order: 1 for straight triangles, 2 for curved ones.
         thin_layers: least number of elements across a layer.
         touch: points where contact begins; None for the bottom, () for no contact zone.
-        contact_zone_um: radius of the refined zone around each of them; None for 0.25 times the outer radius.
+        contact_zone_um: how far the refined rim reaches from each of them; None for 0.33 times the outer radius.
 
     Raises:
         InputError: a value breaks its rule.
@@ -86,13 +91,19 @@ def size_expression(spec: DiscSpec) -> str:
     outline = spec.outline_size_um or _OUTLINE * spec.size_um
     zone = spec.contact_zone_um or _ZONE * rim
     touch = ((x0, y0 - rim),) if spec.touch is None else spec.touch
-    beside = f"{outline:.12g} + {_GROWTH} * abs({_distance(x0, y0)} - {spec.nucleus_radius_um:.12g})"
+    centre, nucleus = _distance(x0, y0), spec.nucleus_radius_um
+    beside = f"{outline:.12g} + {_GROWTH} * abs({centre} - {nucleus:.12g})"
     size = f"{far:.12g}" if touch else f"min({far:.12g}, {beside})"
     for x, y in touch:
-        away = _distance(x0 + abs(x - x0), y)  # the left half is the mirror image of the right one
-        near = f"{contact:.12g} + {_GROWTH} * max(0, {away} - {zone:.12g})"
-        facing = f"{beside} + {_FADE} * max(0, {away} - {math.hypot(x - x0, y - y0):.12g})"
-        size = f"min({size}, min({near}, {facing}))"
+        dx, dy = abs(x - x0), y - y0  # the left half is the mirror image of the right one
+        away, reach = _distance(x0 + dx, y), math.hypot(dx, dy)
+        deeper = f"{_DEEPER} * max(0, {(1 - _SKIN) * rim:.12g} - {centre})"
+        near = f"{contact:.12g} + {_ALONG} * max(0, {away} - {zone:.12g}) + {deeper}"
+        facing = f"{beside} + {_FADE} * max(0, {away} - {reach:.12g})"
+        towards = _CORE_AT * nucleus / reach
+        beyond = f"{_distance(x0 + towards * dx, y0 + towards * dy)} - {_CORE_RADIUS * nucleus:.12g}"
+        core = f"{_CORE * spec.size_um:.12g} + {_GROWTH} * max(0, {beyond})"
+        size = f"min({size}, min({near}, min({facing}, {core})))"
     return size
 
 
@@ -134,7 +145,7 @@ def _elements_across(spec: DiscSpec, inner: float, outer: float) -> int:
     size = eval(size_expression(spec).replace("^", "**"), {"__builtins__": {}}, names) * np.ones_like(angle)
     if size.max() * spec.thin_layers <= outer - inner:
         return 0
-    return max(spec.thin_layers, math.ceil((outer - inner) / (2 * size.min())))
+    return max(spec.thin_layers, math.ceil((outer - inner) / (_ELONGATION * size.min())))
 
 
 def _distance(x: float, y: float) -> str:

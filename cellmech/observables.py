@@ -28,6 +28,7 @@ QUANTITIES = ("sigma_mises", "J1", "J2", "J3")
 REST = np.array([0.0, 2.0, 2.0, 1.0])  # their values at rest
 DET_F, PRESSURE = 4, 5  # columns after the four quantities
 STRAINS = ("J1", "J2", "J3")
+SETTLED = 1e-9  # a maximum over time moves on only for more than this share of its size: round-off is no growth
 LATTICE = 16  # subdivisions of an element's edge where a reported layer is not meshed apart
 
 
@@ -219,7 +220,8 @@ class Observer:
         for k, quantity in enumerate(QUANTITIES):
             unit = "_Pa" if quantity == "sigma_mises" else ""
             largest = float(row[k] + REST[k])
-            if quantity not in self.peaks[name] or largest > self.peaks[name][quantity][0]:
+            peak = self.peaks[name].get(quantity, (-np.inf, 0.0))[0]
+            if largest - peak > SETTLED * abs(largest - REST[k]):
                 self.peaks[name][quantity] = (largest, t_s)
             values[f"{quantity}_max{unit}"] = largest
             values[f"{quantity}_max_at_um"] = [float(v) for v in row[4 + 2 * k : 6 + 2 * k]]

@@ -1,0 +1,185 @@
+"""The command line read and checked: which cases of which studies, where to, and how."""
+
+from __future__ import annotations
+
+import argparse
+import difflib
+import os
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NoReturn
+
+from cellmech.archive import SUMMARY, TIMINGS
+from cellmech.errors import InputError
+from cellmech.study_file import Case, Study, load_study
+
+MAIN_JOB = Path("studies/fig2.toml")
+HELP = "See python -m cellmech.study --help."
+
+
+class _Parser(argparse.ArgumentParser):
+    """Raises what it dislikes: the message must come from one rank."""
+
+    def error(self, message: str) -> NoReturn:
+        raise InputError("command line", "", message, None, HELP)
+
+
+def parser() -> argparse.ArgumentParser:
+    """The options."""
+    found = _Parser(
+        prog="python -m cellmech.study",
+        description="Solve the cases of study files. Started again, it goes on where it stopped.",
+        epilog="Exit status: 0 all cases solved, 1 some failed, 2 bad input, 130 or 143 after Ctrl-C or SIGTERM.",
+        add_help=False,
+        allow_abbrev=False,
+    )
+    add = found.add_argument
+    add("study", nargs="*", metavar="STUDY.toml", help="study files; studies/fig2.toml if none is given")
+    add(
+        "--out",
+        metavar="DIR",
+        help="folder of the results, with several studies one below it for each; "
+        "results/<name of the study file> if not given",
+    )
+    add(
+        "--set",
+        nargs="+",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="override a key in every case, such as --set load.factor=2",
+    )
+    add("--only", action="append", default=[], metavar="CASE", help="solve this case only; can be repeated")
+    add("--list", action="store_true", help="print the names of the cases and stop")
+    add("--check", action="store_true", help="print what each case will model and its size, and solve nothing")
+    add("--fresh", action="store_true", help="solve again what has been solved")
+    add("--ranks-per-case", type=int, default=1, metavar="N", help="MPI ranks that share a case (1)")
+    add("--quiet", action="store_true", help="print errors and one last line only")
+    add("-h", "--help", action="store_true", help="print this and stop")
+    return found
+
+
+@dataclass(frozen=True)
+class Order:
+    """One study, and what is wanted of it.
+
+    Args:
+        study: with all its cases: the mesh plan, and so the result of a case, depends on them.
+        out: folder of the results.
+        chosen: the cases to solve.
+    """
+
+    study: Study
+    out: Path
+    chosen: tuple[Case, ...]
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command line that has been understood and checked."""
+
+    options: argparse.Namespace
+    orders: tuple[Order, ...]
+
+    def label(self, order: Order, case: Case) -> str:
+        """What the user reads for a case."""
+        return case.name if len(self.orders) == 1 else f"{order.study.stem}/{case.name}"
+
+
+def understand(arguments: Sequence[str] | None, ranks: int) -> Command:
+    """Read and check everything the user wrote, the folders of the results included; solve nothing.
+
+    Raises:
+        InputError: for the first thing that is wrong; nothing has been written then.
+    """
+    options = parser().parse_intermixed_args(arguments)
+    if options.help:
+        return Command(options, ())
+    paths, sets = list(options.study), []
+    for first, *more in options.set:  # `--set a=1 b=2 file.toml`: what has no "=" is a file
+        sets += [first, *(text for text in more if "=" in text)]
+        paths += [text for text in more if "=" not in text]
+    n = options.ranks_per_case
+    if not 1 <= n <= ranks:
+        hint = f"Start it with mpirun -n {n}, or leave the option out." if n > ranks else ""
+        raise InputError("--ranks-per-case", "", f"must be from 1 to the number of MPI ranks, {ranks}", n, hint)
+    if options.out == "":
+        raise InputError("--out", "", "must name a folder", "")
+    studies = [load_study(path, sets) for path in paths or [_main_job()]]
+    orders = _orders(studies, options)
+    if not options.list:
+        _check_folders(orders, make=not options.check)
+    return Command(options, orders)
+
+
+def _main_job() -> Path:
+    if MAIN_JOB.exists():
+        return MAIN_JOB
+    path = Path(__file__).resolve().parents[1] / MAIN_JOB
+    if not path.exists():
+        raise InputError(
+            str(MAIN_JOB), "", "there is no such file", None, "Name a study file, or start in the project's folder."
+        )
+    return path
+
+
+def _orders(studies: Sequence[Study], options: argparse.Namespace) -> tuple[Order, ...]:
+    names = [case.name for study in studies for case in study.cases]
+    for name in options.only:
+        if name not in names:
+            close = difflib.get_close_matches(name, names, 3, 0.5)
+            hint = f"Did you mean {' or '.join(close)}?" if close else "--list prints the names."
+            raise InputError("--only", "", "there is no such case", name, hint)
+    orders: dict[Path, Order] = {}
+    for study in studies:
+        out = Path("results") / study.stem if options.out is None else Path(options.out)
+        if options.out is not None and len(studies) > 1:
+            out = out / study.stem
+        if out in orders:
+            rule = f"must differ in name from {orders[out].study.path}: both would write into {out}"
+            raise InputError(str(study.path), "", rule, None, "Start them one after the other, each with its --out.")
+        chosen = tuple(case for case in study.cases if not options.only or case.name in options.only)
+        orders[out] = Order(study, out, chosen)
+    return tuple(order for order in orders.values() if order.chosen)
+
+
+def _check_folders(orders: Sequence[Order], make: bool) -> None:
+    """Refuse results folders that cannot be written to; make those that are missing, all of them or none."""
+    made: list[Path] = []
+    try:
+        for order in orders:
+            for path in (order.out, *(order.out / case.name for case in order.chosen)):
+                _check_folder(path)
+            for path in (order.out / SUMMARY, order.out / TIMINGS):
+                if path.is_dir():
+                    raise InputError("--out", "", "must not hold a folder with the name of a file to write", str(path))
+        for order in orders if make else ():
+            missing = [path for path in (order.out, *order.out.parents) if not path.exists()]
+            for path in reversed(missing):
+                path.mkdir()
+                made.append(path)
+            with tempfile.TemporaryFile(dir=order.out):
+                pass  # the proof: permissions do not tell of read-only and full disks
+    except OSError as error:
+        _remove(made)
+        rule = f"must be a folder that can be made and written to ({error.strerror})"
+        raise InputError("--out", "", rule, str(order.out), "Name another with --out.") from None
+    except BaseException:
+        _remove(made)
+        raise
+
+
+def _remove(made: Sequence[Path]) -> None:
+    for path in reversed(made):
+        path.rmdir()
+
+
+def _check_folder(path: Path) -> None:
+    nearest = next(folder for folder in (path, *path.absolute().parents) if os.path.lexists(folder))
+    if not nearest.is_dir():
+        raise InputError("--out", "", f"must be a folder, but {nearest} is none", str(path), "Name another with --out.")
+    if not os.access(nearest, os.W_OK | os.X_OK):
+        rule = f"must be writable, and {nearest} is not"
+        raise InputError("--out", "", rule, str(path), "Name another folder with --out.")

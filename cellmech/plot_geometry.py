@@ -1,0 +1,186 @@
+"""Figure 1: the cell and its substrate before gravity acts, with the dimensions that the scene gives them."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch, Rectangle, Wedge
+
+from cellmech.placement import placement, standing
+from cellmech.plot_style import LAYER_COLOURS, SMALL, SUBSTRATE, TINY
+from cellmech.scene import LAYER_NAMES, LayerName, Pillar, Scene
+from cellmech.substrate import outline_of
+
+ARROW: dict[str, Any] = dict(arrowstyle="<|-|>", color="black", lw=1.1, shrinkA=0, shrinkB=0, mutation_scale=11)
+LABEL: dict[str, Any] = dict(boxstyle="round,pad=0.15", fc="white", ec="none", alpha=0.85)
+PALE = 0.45  # opacity of the half that is mirrored
+
+
+def draw_geometry(scene: Scene) -> Figure:
+    """Draw a scene's cell, layers, pillars and flat at the start."""
+    figure = Figure(figsize=(12.0, 8.4))
+    main = figure.add_axes((0.065, 0.08, 0.53, 0.83), anchor="W")
+    place = placement(scene)
+    centre = (place.centre_x_um, place.centre_y_um)
+    _draw_cell(main, scene, centre)
+    view = _view(scene, centre)
+    _draw_substrate(main, scene, view)
+    main.set(xlim=view[:2], ylim=view[2:], xlabel="x [µm]", ylabel="y [µm]", aspect="equal")
+    _radii(main, scene, centre)
+    _substrate_sizes(main, scene, view)
+    if scene.cell.shape == "half":
+        main.axvline(0.0, color="black", lw=0.9, ls=(0, (8, 3, 1.5, 3)))
+        note = "symmetry axis: the right half is computed, the left one mirrored"
+        main.annotate(note, (0.0, view[3]), (0, 3), textcoords="offset points", fontsize=TINY, ha="center", va="bottom")
+    _zoom(main, scene, centre, "lamina", "t_l", 0.665)
+    _zoom(main, scene, centre, "membrane", "t_m", 0.335)
+    _legend(figure, scene)
+    figure.text(0.065, 0.955, "Cell and substrate at t = 0 s", fontsize=15, weight="bold")
+    return figure
+
+
+def _draw_cell(axes: Axes, scene: Scene, centre: tuple[float, float]) -> None:
+    """The layers as rings; of a half cell the mirrored half paler."""
+    halves = [(-90, 90, 1.0), (90, 270, PALE)] if scene.cell.shape == "half" else [(0, 360, 1.0)]
+    for name in LAYER_NAMES:
+        outer, inner = scene.outer_radius_um(name), scene.inner_radius_um(name)
+        for start, end, opacity in halves:
+            colour = (LAYER_COLOURS[name], opacity)
+            axes.add_patch(
+                Wedge(centre, outer, start, end, width=outer - inner, fc=_mixed(*colour), ec="none", lw=0, zorder=2)
+            )
+
+
+def _mixed(colour: str, opacity: float) -> tuple[float, ...]:
+    """The colour on white: overlapping patches would show through."""
+    rgb = np.array([int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)])
+    return tuple(opacity * rgb + 1 - opacity)
+
+
+def _view(scene: Scene, centre: tuple[float, float]) -> tuple[float, float, float, float]:
+    """x and y limits [µm]: the cell, and the substrate beside and below it."""
+    r = scene.radius_um
+    bottoms = [scene.flat.y_um] if scene.flat is not None else [p.y_um for p in scene.pillar] or [centre[1] - r]
+    sides = [abs(s.arch.x - centre[0]) + s.arch.half_width for s in standing(scene.cell.shape == "half", scene.pillar)]
+    half = min(max([1.35 * r, *(side + 0.35 * r for side in sides)]), 4 * r)
+    low = max(min(bottoms), centre[1] - 6 * r) - 0.25 * r
+    return centre[0] - half, centre[0] + half, low, centre[1] + 1.12 * r
+
+
+def _draw_substrate(axes: Axes, scene: Scene, view: tuple[float, float, float, float]) -> None:
+    for one in standing(scene.cell.shape == "half", scene.pillar):
+        axes.fill(*outline_of(one.arch).T, fc=SUBSTRATE, ec="#6d6d6d", lw=1.2, zorder=1)
+    if scene.flat is not None:
+        low = view[2] - 1.0
+        axes.add_patch(
+            Rectangle(
+                (view[0], low), view[1] - view[0], scene.flat.y_um - low, fc=SUBSTRATE, ec="#6d6d6d", lw=1.2, zorder=1.5
+            )
+        )
+
+
+def _arrow(axes: Axes, start: tuple[float, float], end: tuple[float, float], **more: Any) -> None:
+    axes.annotate("", end, start, arrowprops=ARROW | more, zorder=5, annotation_clip=False)
+
+
+def _length(value: float) -> str:
+    return f"{_number(value)} µm"
+
+
+def _number(value: float) -> str:
+    return f"{value:g}".replace("-", "−")
+
+
+def _radii(axes: Axes, scene: Scene, centre: tuple[float, float]) -> None:
+    """r_c and r_n from the centre, and the centre's place."""
+    axes.plot(*centre, "o", ms=4, color="black", zorder=6)
+    text = f"centre ({_number(centre[0])}, {_number(round(centre[1], 3))}) µm"
+    _say(axes, text, centre, (-6, -9), ha="right", va="top", fontsize=SMALL, bbox=LABEL)
+    # the label of r_c stands in the cytosol, that of r_n outside the nucleus: neither covers a thin layer
+    for symbol, radius, angle, share in (
+        ("r_c", scene.radius_um, 62, 0.62),
+        ("r_n", scene.nucleus_radius_um, -38, 1.0),
+    ):
+        dx, dy = radius * math.cos(math.radians(angle)), radius * math.sin(math.radians(angle))
+        _arrow(axes, centre, (centre[0] + dx, centre[1] + dy), arrowstyle="-|>")
+        at = (centre[0] + share * dx, centre[1] + share * dy)
+        _say(axes, f"${symbol}$ = {_length(radius)}", at, (7, -4), va="center")
+
+
+def _substrate_sizes(axes: Axes, scene: Scene, view: tuple[float, float, float, float]) -> None:
+    """Sizes of the first pillar, y_flat, the gap."""
+    if scene.pillar:
+        _pillar_sizes(axes, scene.pillar[0])
+    if scene.flat is not None:
+        _say(axes, f"$y_{{flat}}$ = {_length(scene.flat.y_um)}", (view[0], scene.flat.y_um), (6, -4), va="top")
+    if scene.cell.gap_um:
+        text = f"gap to first touch = {_length(scene.cell.gap_um)}"
+        _say(axes, text, (view[1], view[3]), (-6, -6), ha="right", va="top", fontsize=SMALL)
+
+
+def _pillar_sizes(axes: Axes, pillar: Pillar) -> None:
+    """w_mp, h_mp and the place of a pillar."""
+    x, y, w, h = pillar.x_um, pillar.y_um, pillar.half_width_um, pillar.height_um
+    across, up = y + 0.3 * h, x - 0.35 * w
+    _arrow(axes, (x, across), (x + w, across))
+    _say(axes, f"$w_{{mp}}$ = {_length(w)}", (x + 0.5 * w, across), (0, 5), ha="center")
+    _say(axes, "half the width", (x + 0.5 * w, across), (0, -5), ha="center", va="top", fontsize=SMALL)
+    _arrow(axes, (up, y), (up, y + h))
+    box = LABEL | {"fc": SUBSTRATE}
+    _say(axes, f"$h_{{mp}}$ = {_length(h)}", (up, y + 0.55 * h), (0, 0), ha="center", va="center", bbox=box)
+    axes.plot([x], [y], "+", ms=9, mew=1.4, color="black", zorder=6)
+    text = f"$(x_{{mp}}, y_{{mp}})$ = ({_number(x)}, {_number(y)}) µm"
+    _say(axes, text, (x, y), (7, -4), va="top", fontsize=SMALL)
+
+
+def _say(axes: Axes, text: str, at: tuple[float, float], offset: tuple[float, float], **look: Any) -> None:
+    """A label at a place of the drawing, shifted by an offset in points."""
+    axes.annotate(text, at, offset, textcoords="offset points", zorder=6, **({"fontsize": 11.5} | look))
+
+
+def _zoom(main: Axes, scene: Scene, centre: tuple[float, float], name: LayerName, symbol: str, bottom: float) -> None:
+    """A magnified look at a thin layer where it crosses the height of the centre, with its thickness."""
+    figure, box = main.figure, (0.665, bottom, 0.31, 0.235)
+    outer, inner = scene.outer_radius_um(name), scene.inner_radius_um(name)
+    thickness, middle = outer - inner, centre[0] + (outer + inner) / 2
+    width = 4.0 * thickness
+    height = width * box[3] / box[2] * figure.get_figheight() / figure.get_figwidth()
+    axes = figure.add_axes(box)
+    _draw_cell(axes, scene, centre)
+    low = centre[1] - height / 2
+    axes.set(xlim=(middle - width / 2, middle + width / 2), ylim=(low, low + height), yticks=[])
+    axes.tick_params(labelsize=TINY)
+    axes.set_xlabel("x [µm]", fontsize=TINY, labelpad=1)
+    main.apply_aspect()
+    times = (main.get_xlim()[1] - main.get_xlim()[0]) / main.get_position().width * box[2] / width
+    axes.set_title(f"{name}, {_rounded(times)} times larger", fontsize=10.5, loc="left")
+    _arrow(axes, (centre[0] + inner, centre[1]), (centre[0] + outer, centre[1]))
+    _say(axes, f"${symbol}$ = {_length(round(thickness, 9))}", (middle, centre[1]), (0, 10), ha="center", bbox=LABEL)
+    index = LAYER_NAMES.index(name)
+    for side, text in ((-1, LAYER_NAMES[index + 1]), (1, LAYER_NAMES[index - 1] if index else "outside")):
+        at = (middle + side * 0.31 * width, low)
+        _say(axes, text, at, (0, 18), ha="center", fontsize=SMALL, bbox=LABEL)
+    w, h = (max(0.03 * scene.radius_um, size) for size in (width, height))
+    main.add_patch(Rectangle((middle - w / 2, centre[1] - h / 2), w, h, fc="none", ec="black", lw=1, zorder=7))
+    line = dict(arrowstyle="-", color="black", lw=0.8, shrinkA=0, shrinkB=0)
+    ends: dict[str, Any] = dict(xy=(0.0, 0.5), xycoords=axes.transAxes, xytext=(middle + w / 2, centre[1]))
+    main.annotate("", **ends, textcoords="data", arrowprops=line, zorder=7)
+
+
+def _rounded(times: float) -> str:
+    return f"{times:.2g}" if times < 100 else f"{round(times, -1):,.0f}"
+
+
+def _legend(figure: Figure, scene: Scene) -> None:
+    """The layers from the inside out, with their stiffness and fluid fraction."""
+    handles = []
+    for name in reversed(LAYER_NAMES):
+        layer = scene.layer_of(name)
+        text = f"{name}:  E = {layer.young_Pa:,g} Pa,  fluid fraction {layer.fluid_fraction:g}"
+        handles.append(Patch(fc=LAYER_COLOURS[name], ec="none", label=text))
+    handles.append(Patch(fc=SUBSTRATE, ec="#6d6d6d", label="substrate: micropillar and flat (rigid)"))
+    figure.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.645, 0.055), frameon=False, fontsize=10.5)

@@ -1,0 +1,209 @@
+"""Figure 3: the deformed cell of each law, to scale and, where that shows too little, magnified."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from cellmech.placement import placement
+from cellmech.plot_style import FAULT_COLOUR, LAWS, LAYER_COLOURS, SMALL, SUBSTRATE, TINY, provenance
+from cellmech.render import Shape, View, picture, probe, read_shape
+from cellmech.results import CaseResult, StudyResult
+from cellmech.substrate import band, polygons, surface_at
+
+SEEN = 0.1  # a displacement above this share of the diameter needs no magnification
+AIM = 0.2  # a magnified one should not exceed this share
+FACTORS = (1000, 500, 200, 100, 50, 30, 20, 10, 5, 4, 3, 2)
+WIDTH_PX = 760
+UNDEFORMED: dict[str, Any] = dict(color="black", lw=0.8, ls=(0, (4, 3)))
+FADED = "#dcdcdc"  # the substrate where it is not drawn true
+PANEL_IN = 3.55  # width of a panel
+
+
+@dataclass(frozen=True)
+class Pose:
+    """One case's cell, where it was and where it is.
+
+    Args:
+        case: the case.
+        t_s: time of the field file [s].
+        shape: the whole cell.
+        centre: of the cell at the start [µm].
+        pivot: displacement of the cell's lowest point [µm], about which displacements are magnified.
+    """
+
+    case: CaseResult
+    t_s: float
+    shape: Shape
+    centre: np.ndarray
+    pivot: np.ndarray
+
+    def largest(self, origin: np.ndarray | float = 0.0) -> float:
+        """Largest displacement [µm], less that of an origin."""
+        return float(np.max(np.linalg.norm(self.shape.displacement - origin, axis=-1)))
+
+
+def read_pose(case: CaseResult) -> Pose:
+    """Read a case's last field file."""
+    t_s, path = case.last_fields()
+    shape = read_shape(path, case.scene.cell.shape == "half")
+    corners, moves = shape.reference.reshape(-1, 2), shape.displacement.reshape(-1, 2)
+    lowest = int(np.argmin(corners[:, 1]))
+    centre = np.array([placement(case.scene).centre_x_um, corners[lowest, 1] + case.scene.radius_um])
+    return Pose(case, t_s, shape, centre, moves[lowest])
+
+
+def magnification(poses: list[Pose]) -> int:
+    """One factor for all cases, 1 when the deformation shows without; no element turns over at it."""
+    factor = 1
+    largest = max(pose.largest(pose.pivot) / (2 * pose.case.scene.radius_um) for pose in poses)
+    if 0 < largest < SEEN:
+        fitting = (n for n in FACTORS if n * largest <= AIM and all(_sound(pose, n) for pose in poses))
+        factor = next(fitting, 1)
+    return factor
+
+
+def _sound(pose: Pose, factor: int) -> bool:
+    a, b, c = np.moveaxis(pose.shape.moved(pose.pivot, factor), 1, 0)
+    d, e, f = np.moveaxis(pose.shape.reference, 1, 0)
+    return bool(np.all(_cross(b - a, c - a) * _cross(e - d, f - d) > 0))
+
+
+def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+
+
+def draw_shapes(study: StudyResult) -> Figure:
+    """Draw the figure: a column for each law; true shapes above, magnified ones below.
+
+    Raises:
+        InputError: for a field file that is missing or broken.
+        CellmechError: when pictures cannot be drawn on this machine.
+    """
+    cases = study.holding("fields.pvd")
+    probe()
+    poses = {law: read_pose(case) for law, case in cases.items()}
+    factor = magnification(list(poses.values()))
+    view = _view(list(poses.values()), factor)
+    rows, wide, tall = 1 if factor == 1 else 2, PANEL_IN, PANEL_IN * (view[3] - view[2]) / (view[1] - view[0])
+    width, height = len(LAWS) * (wide + 0.12) + 0.75, rows * (tall + 0.25) + 2.25
+    figure = Figure(figsize=(width, height))
+    for column, law in enumerate(LAWS):
+        for row in range(rows):
+            left, low = 0.6 + column * (wide + 0.12), height - 1.35 - row * (tall + 0.25) - tall
+            axes = figure.add_axes((left / width, low / height, wide / width, tall / height), xticks=[], yticks=[])
+            axes.spines[:].set_color("#aaaaaa")
+            if law in poses:
+                _draw_panel(axes, poses[law], view, factor if row else 1)
+            if row == 0:
+                _name(axes, law, "abcd"[column], poses.get(law))
+            if column == 0:
+                label = "true scale" if row == 0 else f"displacements × {factor}"
+                axes.set_ylabel(label, fontsize=13, weight="bold", labelpad=8)
+    _legend(figure)
+    _notes(figure, study, factor)
+    return figure
+
+
+def _view(poses: list[Pose], factor: int) -> View:
+    """x and y limits [µm] that hold every cell, before and after, and the substrate around."""
+    corners = np.concatenate([p.shape.moved(p.pivot, n).reshape(-1, 2) for p in poses for n in {1, factor}])
+    starts = np.concatenate([p.shape.reference.reshape(-1, 2) for p in poses])
+    both = np.concatenate([corners, starts])
+    r = max(pose.case.scene.radius_um for pose in poses)
+    (x0, y0), (x1, y1) = both.min(axis=0), both.max(axis=0)
+    return float(x0 - 0.3 * r), float(x1 + 0.3 * r), float(y0 - 0.55 * r), float(y1 + 0.1 * r)
+
+
+def _draw_panel(axes: Axes, pose: Pose, view: View, factor: int) -> None:
+    scene, true = pose.case.scene, factor == 1
+    ground = polygons(scene, view) if true else [_magnified_ground(pose, view, factor)]
+    corners = pose.shape.moved(pose.pivot, factor)
+    image = picture(corners, pose.shape.layer, ground, view, WIDTH_PX, SUBSTRATE if true else FADED)
+    axes.imshow(image, extent=view, interpolation="antialiased", aspect="equal")
+    angle = np.linspace(0, 2 * np.pi, 361)
+    circle = np.column_stack([np.cos(angle), np.sin(angle)])
+    for radius in (scene.radius_um, scene.nucleus_radius_um):
+        axes.plot(*(pose.centre + (0.0 if true else pose.pivot) + radius * circle).T, **UNDEFORMED)
+    axes.set(xlim=view[:2], ylim=view[2:])
+    _scale_bar(axes, view, factor)
+    if not true:
+        note: dict[str, Any] = dict(ha="right", fontsize=TINY, color="#555555")
+        axes.text(0.975, 0.035, "substrate:\nsee note", transform=axes.transAxes, **note)
+
+
+def _magnified_ground(pose: Pose, view: View, factor: int) -> np.ndarray:
+    """The substrate below the cell, its distance from the cell's first outline magnified like the displacements.
+
+    So what touches in truth touches here, and a gap is as many times wider as the displacement that would close it.
+    """
+    r, centre = pose.case.scene.radius_um, pose.centre + pose.pivot
+    x = centre[0] + r * np.linspace(-1.0, 1.0, 801)
+    outline = centre[1] - np.sqrt(np.maximum(r**2 - (x - centre[0]) ** 2, 0.0))
+    surface = np.maximum(surface_at(pose.case.scene, x), view[2] - 1e3 * r)
+    return band(x, np.minimum(outline + factor * (surface - outline), view[3]), view[2])
+
+
+def _scale_bar(axes: Axes, view: View, factor: int) -> None:
+    """Lengths at the lower left: of places, and of displacements where these are magnified."""
+    width = view[1] - view[0]
+    length = _round_length(width / 5)
+    bars = [(length, f"{length:g} µm")]
+    if factor > 1:
+        moved = _round_length(1.2 * length / factor)
+        bars = [(length, f"{length:g} µm, cell"), (moved * factor, f"{moved:g} µm, displacement")]
+    for index, (drawn, text) in enumerate(bars):
+        x, y = view[0] + 0.035 * width, view[2] + (0.04 + 0.062 * (len(bars) - 1 - index)) * width
+        axes.plot([x, x + drawn], [y, y], color="black", lw=3.2, solid_capstyle="butt")
+        axes.text(x + drawn + 0.02 * width, y, text, va="center", fontsize=SMALL)
+
+
+def _round_length(most: float) -> float:
+    power = 10.0 ** np.floor(np.log10(most))
+    return float(next(n for n in (5, 2, 1) if n * power <= most) * power)
+
+
+def _name(axes: Axes, law: str, letter: str, pose: Pose | None) -> None:
+    """The law, and the state that is shown."""
+    axes.set_title(f"({letter})  {LAWS[law].label}", fontsize=13, weight="bold", pad=22)
+    text, colour = "no result: see below", FAULT_COLOUR
+    if pose is not None and pose.case.failure:
+        text = f"FAILED: last state, t = {pose.t_s:,.0f} s"
+    elif pose is not None:
+        text, colour = f"t = {pose.t_s:,.0f} s;  largest displacement {pose.largest():.2f} µm", "black"
+    place: dict[str, Any] = dict(xycoords="axes fraction", textcoords="offset points", ha="center")
+    axes.annotate(text, (0.5, 1.0), (0, 6), fontsize=SMALL, color=colour, **place)
+
+
+def _legend(figure: Figure) -> None:
+    handles: list[Any] = [Patch(fc=colour, ec="none", label=name) for name, colour in LAYER_COLOURS.items()]
+    handles.append(Patch(fc=SUBSTRATE, ec="none", label="substrate"))
+    handles.append(Line2D([], [], label="undeformed outline", **UNDEFORMED))
+    corner = (0.995, 1 - 0.14 / figure.get_figheight())
+    figure.legend(handles=handles, loc="upper right", bbox_to_anchor=corner, ncol=6, frameon=False, fontsize=SMALL + 1)
+
+
+def _notes(figure: Figure, study: StudyResult, factor: int) -> None:
+    """Title, what is missing, how the magnified row is drawn, small print."""
+    width, height = figure.get_size_inches()
+
+    def write(inches: float, text: str, **look: Any) -> None:
+        figure.text(0.6 / width, inches / height, text, **look)
+
+    write(height - 0.38, "The deformed cell at the end of the run", fontsize=15, weight="bold")
+    if study.faults():
+        write(0.82, study.complaint(150), color=FAULT_COLOUR, fontsize=SMALL)
+    if factor > 1:
+        note = (
+            f"Lower row: displacements from the lowest point of the cell are drawn {factor} times too large, and so is "
+            "the distance between the substrate and the undeformed cell:\nwhat touches stays in touch, and a flat "
+            "substrate looks curved."
+        )
+        write(0.36, note, fontsize=SMALL)
+    write(0.13, provenance(study), fontsize=TINY, color="#555555")

@@ -1,0 +1,167 @@
+"""What the figures share: the paper's colours, names and rest values, and how a figure is saved."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import matplotlib
+from matplotlib.figure import Figure
+
+from cellmech.errors import InputError
+from cellmech.records import PARTIAL
+from cellmech.results import CaseResult, StudyResult
+
+DPI = 200
+PAPER = "Allena & Aubry 2022"
+RC = {
+    "font.family": "DejaVu Sans",
+    "font.size": 11,
+    "axes.titlesize": 12,
+    "axes.labelsize": 11.5,
+    "mathtext.default": "regular",
+    "pdf.fonttype": 42,  # text stays text in the PDF
+    "svg.fonttype": "none",
+}
+SMALL, TINY = 9.5, 8.5  # font sizes
+
+LAYER_COLOURS = {  # the paper's, from the inside out; the index is the code in the field files
+    "nucleoplasm": "#3a76c4",
+    "lamina": "#f5921e",
+    "cytosol": "#7cc47f",
+    "membrane": "#d5312b",
+}
+SUBSTRATE = "#b9b9b9"
+FAULT_COLOUR = "#a00000"
+
+
+@dataclass(frozen=True)
+class LawStyle:
+    """How a law is drawn: curves that coincide stay apart by width, dash and order (the thinnest on top)."""
+
+    label: str
+    colour: str
+    width: float
+    dash: tuple[float, tuple[float, ...]] | str
+    order: float
+
+
+LAWS = {  # the paper's colours
+    "saint-venant": LawStyle("Saint-Venant", "#d5312b", 1.5, "-", 2.6),
+    "neo-hookean": LawStyle("neo-Hookean", "#3a9d45", 6.0, "-", 2.1),
+    "mooney-rivlin": LawStyle("Mooney–Rivlin", "#f5921e", 3.2, (0, (3.0, 1.8)), 2.3),
+    "yeoh": LawStyle("Yeoh", "#2f6fc4", 2.2, (0, (7, 1.5, 1.5, 1.5)), 2.5),
+}
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A reported quantity: its key in result files, its key among the paper's numbers, its rest value."""
+
+    key: str
+    paper_key: str
+    rest: float
+    unit: str
+    symbol: str
+    meaning: str
+
+    @property
+    def suffix(self) -> str:
+        """The end of its keys in result files."""
+        return f"_{self.unit}" if self.unit else ""
+
+
+QUANTITIES = (
+    Quantity("sigma_mises", "sigma", 0.0, "Pa", r"$\sigma_\mathrm{Mises}$", "von Mises stress (Cauchy)"),
+    Quantity("J1", "J1", 2.0, "", "$J_1$", "stretch of fibres, tr C"),
+    Quantity("J2", "J2", 2.0, "", "$J_2$", "shear and stretch, tr C²"),
+    Quantity("J3", "J3", 1.0, "", "$J_3$", "change of surface, det C"),
+)
+
+
+@contextmanager
+def style() -> Iterator[None]:
+    """The figures' fonts, whatever matplotlibrc says."""
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update(RC)
+        yield
+
+
+def save(figure: Figure, out: Path, stem: str) -> list[Path]:
+    """Write a figure as PNG and PDF, each one whole or not at all; equal figures give equal files.
+
+    Raises:
+        InputError: when the folder cannot be written to.
+    """
+    paths = []
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        for kind, metadata in (("png", {"Software": None}), ("pdf", {"CreationDate": None})):
+            path = out / f"{stem}.{kind}"
+            part = out / f"{PARTIAL}{os.getpid()}-{stem}.{kind}"
+            try:
+                figure.savefig(part, dpi=DPI, metadata=metadata)
+                part.replace(path)
+            finally:
+                part.unlink(missing_ok=True)
+            paths.append(path)
+    except OSError as error:
+        raise InputError("--out", str(out), f"cannot be written to ({error.strerror or error})") from None
+    return paths
+
+
+def printed(value: float) -> str:
+    """A number as the paper prints it: two digits after the point, three where it gives them."""
+    return f"{value:.2f}" if round(value, 2) == value else f"{value:.3f}"
+
+
+def spread(wanted: Sequence[float], gap: float, most: float = 1.0) -> list[float]:
+    """Ascending positions at least `gap` apart and at most `most`, as near to the wanted ones as that allows.
+
+    Args:
+        wanted: ascending positions.
+        gap: least distance of neighbours.
+        most: upper bound of the last one.
+    """
+    groups: list[list[float]] = []  # [sum of (wanted - offset), count]
+    for index, value in enumerate(wanted):
+        groups.append([value - index * gap, 1])
+        while len(groups) > 1 and groups[-2][0] / groups[-2][1] > groups[-1][0] / groups[-1][1]:
+            total, count = groups.pop()
+            groups[-1][0] += total
+            groups[-1][1] += count
+    starts = [total / count for total, count in groups for _ in range(int(count))]
+    placed = [start + index * gap for index, start in enumerate(starts)]
+    return [min(value, most - (len(placed) - 1 - index) * gap) for index, value in enumerate(placed)]
+
+
+def provenance(study: StudyResult) -> str:
+    """Where a figure's numbers come from, for its small print."""
+    cases = list(study.cases.values())
+
+    def version(of: str) -> str:
+        return _span((case.result.get("versions") or {}).get(of, "?") for case in cases)
+
+    order = _span(case.scene.mesh.order for case in cases)
+    parts = [
+        f"cellmech {version('cellmech')}, DOLFINx {version('dolfinx')}",
+        f"{_span(map(_cells, cases))} elements of order {order}",
+        f"step tolerance rtol {_span(f'{case.scene.time.rtol:g}' for case in cases)}",
+        f"load factor {_span(f'{case.scene.load.factor:g}' for case in cases)}",
+    ]
+    sources = {str(case.result["source_hash"])[:10] for case in cases if case.result.get("source_hash")}
+    return "   ·   ".join([*parts, *([f"sources {', '.join(sorted(sources))}"] if sources else [])])
+
+
+def _cells(case: CaseResult) -> str:
+    number = case.number("mesh_cells")
+    return "?" if number != number else f"{number:,.0f}"
+
+
+def _span(values: Iterable[object]) -> str:
+    """The value all share, or all of them."""
+    return ", ".join(dict.fromkeys(str(value) for value in values))

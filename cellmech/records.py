@@ -1,0 +1,205 @@
+"""Files of a case: written whole or not at all, numbers to the last digit."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+import os
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from numbers import Integral, Real
+from pathlib import Path
+from typing import Any
+
+Scalar = float | int | None
+
+FLUSH_EVERY_S = 3.0
+PARTIAL = ".partial-"  # begins the name of a file that is being written
+FROM_AN_EARLIER_RUN = ("result.json", "history.csv", "fields.*", "fields_*", f"{PARTIAL}*")
+NO_SCALARS = ("schema", "scene", "versions", "model")  # of result.json: where a result comes from
+
+
+def write_whole(path: Path, text: str, durable: bool = True) -> None:
+    """Write a text file; whoever looks finds the old content or the new one, never a part.
+
+    Args:
+        path: the file.
+        text: its content.
+        durable: whether to wait for the disk, so that this also holds after a crash of the machine.
+
+    Raises:
+        OSError: the old file is as it was.
+    """
+    partial = path.with_name(f"{PARTIAL}{os.getpid()}-{path.name}")
+    try:
+        partial.write_text(text, encoding="utf-8", newline="")
+        _move(partial, path, durable)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def _move(partial: Path, path: Path, durable: bool) -> None:
+    if durable:
+        with open(partial, "rb+") as stream:
+            os.fsync(stream.fileno())
+    os.replace(partial, path)
+
+
+def plain(data: Any, key: str = "") -> Any:
+    """The data as Python's own types, tuples and arrays as lists.
+
+    Raises:
+        ValueError: for NaN or infinity, naming its dotted key.
+        TypeError: for what JSON cannot hold, likewise.
+    """
+    if hasattr(data, "tolist"):  # of NumPy
+        data = data.tolist()
+    if isinstance(data, Mapping):
+        return {str(name): plain(value, f"{key}.{name}" if key else str(name)) for name, value in data.items()}
+    if isinstance(data, list | tuple):
+        return [plain(value, f"{key}.{i}") for i, value in enumerate(data)]
+    if isinstance(data, float) and not math.isfinite(data):
+        raise ValueError(f"{key} must be finite, got {data!r}")
+    if not isinstance(data, str | bool | int | float | None):
+        raise TypeError(f"{key}: a {type(data).__name__} does not fit into JSON")
+    return data
+
+
+def json_text(data: Mapping[str, Any]) -> str:
+    """The data as JSON; raises as `plain`."""
+    return json.dumps(plain(data), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def flatten(result: Mapping[str, Any]) -> dict[str, Scalar]:
+    """The scalars of (a part of) result.json by dotted key; a place `..._at_um` gives `.x` and `.y`.
+
+    Texts and lists have no place in a table and are left out, and so is what `NO_SCALARS` names.
+    """
+    return dict(_scalars({key: value for key, value in result.items() if key not in NO_SCALARS}, ""))
+
+
+def _scalars(table: Mapping[str, Any], start: str) -> Iterator[tuple[str, Scalar]]:
+    for name, value in table.items():
+        key = f"{start}{name}"
+        if isinstance(value, Mapping):
+            yield from _scalars(value, f"{key}.")
+        elif key.endswith("_at_um"):
+            x, y = (None, None) if value is None else value
+            yield from _scalars({"x": x, "y": y}, f"{key}.")
+        elif value is None or isinstance(value, Integral):
+            yield key, None if value is None else int(value)
+        elif isinstance(value, Real):
+            yield key, float(value)
+
+
+def to_csv(rows: Sequence[Mapping[str, Any]], first: Sequence[str] = ()) -> str:
+    """A table with a header; floats by repr, so that they read back to the last digit, None as an empty cell.
+
+    Columns are those of all rows: `first`, then in order of appearance. A region that exists in some rows only is one
+    null in the others: that column is left out beside those of its members.
+    """
+    names = dict.fromkeys([*first, *(name for row in rows for name in row)])
+    tables = {name[:i] for name in names for i, sign in enumerate(name) if sign == "."}
+    null = {name for name in tables & names.keys() if all(row.get(name) is None for row in rows)}
+    columns = [name for name in names if name not in null]
+    stream = io.StringIO()
+    table = csv.writer(stream, lineterminator="\n")
+    table.writerow(columns)
+    table.writerows([_cell(row.get(name)) for name in columns] for row in rows)
+    return stream.getvalue()
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, float):
+        return repr(float(value))  # NumPy's own repr names the type
+    if isinstance(value, bool | list | dict):
+        return json.dumps(value)
+    return "" if value is None else str(value)
+
+
+class CaseFolder:
+    """The files of one case, begun afresh: what an earlier run left is removed.
+
+    Args:
+        path: the folder, made if need be.
+        lead: whether this is rank 0 of the case's communicator; the calls of the others check and do nothing.
+
+    Raises:
+        OSError: here and in every method of the lead, when the disk refuses.
+    """
+
+    def __init__(self, path: Path, lead: bool) -> None:
+        self.path, self.lead = path, lead
+        self._rows: list[dict[str, str]] = []
+        self._unsaved, self._next_flush = False, -math.inf
+        self._log: io.TextIOBase | None = None
+        if lead:
+            path.mkdir(parents=True, exist_ok=True)
+            for pattern in FROM_AN_EARLIER_RUN:
+                for old in path.glob(pattern):
+                    old.unlink()
+            self._log = open(path / "run.log", "w", buffering=1, encoding="utf-8")
+
+    def log(self, line: str) -> None:
+        """Add a line to run.log; it is on disk at once."""
+        if self._log is not None:
+            self._log.write(f"{line}\n")
+
+    def add_row(self, row: Mapping[str, Scalar]) -> None:
+        """Add a row to history.csv, which follows on disk within a few seconds or at the next `flush`.
+
+        Raises:
+            ValueError: for NaN or infinity, on every rank.
+        """
+        cells = {key: _cell(value) for key, value in plain(row).items()}
+        if self.lead:
+            self._rows.append(cells)
+            self._unsaved = True
+            self.flush()
+
+    def flush(self, force: bool = False) -> None:
+        """Write history.csv if that is due, or now and to the disk."""
+        if self._unsaved and (force or time.monotonic() >= self._next_flush):
+            self._write_history(durable=force)
+
+    def _write_history(self, durable: bool) -> None:
+        write_whole(self.path / "history.csv", to_csv(self._rows), durable)
+        self._unsaved, self._next_flush = False, time.monotonic() + FLUSH_EVERY_S
+
+    def write_text(self, name: str, text: str) -> None:
+        """Write a file of the folder, whole or not at all."""
+        if self.lead:
+            write_whole(self.path / name, text)
+
+    def write_json(self, name: str, data: Mapping[str, Any]) -> None:
+        """Write a file of the folder as JSON, whole or not at all.
+
+        Raises:
+            ValueError, TypeError: as `plain`, on every rank.
+        """
+        self.write_text(name, json_text(data))
+
+    @contextmanager
+    def replace_with(self, name: str) -> Iterator[Path]:
+        """The path to write a file of the folder to; it gets its name if the block ends well, else it is removed."""
+        partial = self.path / f"{PARTIAL}{name}"
+        try:
+            yield partial
+            if self.lead:
+                _move(partial, self.path / name, durable=True)
+        finally:
+            if self.lead:
+                partial.unlink(missing_ok=True)
+
+    def close(self) -> None:
+        """Flush and close, quickly: after a signal mpirun leaves a second. run.log takes no lines afterwards."""
+        try:
+            if self._unsaved:
+                self._write_history(durable=False)
+        finally:
+            if self._log is not None:
+                self._log.close()
+                self._log = None

@@ -1,0 +1,54 @@
+"""Pillars and flat as lines to draw (no DOLFINx)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cellmech.placement import Arch, standing
+from cellmech.scene import Scene
+
+POINTS = 721
+
+
+def outline_of(arch: Arch) -> np.ndarray:
+    """The closed outline of a pillar's superellipse [µm], shape (n, 2)."""
+    angle = np.linspace(0.0, 2.0 * np.pi, POINTS)
+    power = 2.0 / arch.exponent  # spaces the points evenly enough at round corners and sharp ones
+    c, s = np.cos(angle), np.sin(angle)
+    x = arch.x + arch.half_width * np.sign(c) * np.abs(c) ** power
+    y = arch.y + arch.height * np.sign(s) * np.abs(s) ** power
+    return np.column_stack([x, y])
+
+
+def surface_at(scene: Scene, x: np.ndarray) -> np.ndarray:
+    """Height of the substrate's upper surface at x [µm]; -inf where there is none."""
+    heights = np.full(len(x), -np.inf if scene.flat is None else scene.flat.y_um)
+    for one in standing(scene.cell.shape == "half", scene.pillar):
+        xi = np.abs(x - one.arch.x) / one.arch.half_width
+        top = one.arch.y + one.arch.height * np.maximum(1.0 - xi**one.arch.exponent, 0.0) ** (1.0 / one.arch.exponent)
+        heights = np.where(xi < 1.0, np.maximum(heights, top), heights)
+    return heights
+
+
+def polygons(scene: Scene, view: tuple[float, float, float, float]) -> list[np.ndarray]:
+    """Triangles that fill pillars and flat inside a view [µm], shape (n, 3, 2) each."""
+    found = []
+    for one in standing(scene.cell.shape == "half", scene.pillar):
+        rim = outline_of(one.arch)
+        middle = np.broadcast_to([one.arch.x, one.arch.y], rim[1:].shape)
+        found.append(np.stack([middle, rim[:-1], rim[1:]], axis=1))
+    if scene.flat is not None:
+        x = np.array(view[:2])
+        found.append(band(x, np.full(2, min(scene.flat.y_um, view[3])), view[2]))
+    return found
+
+
+def band(x: np.ndarray, top: np.ndarray, bottom: float) -> np.ndarray:
+    """Triangles between a line top(x) and a level below it [µm], shape (n, 3, 2)."""
+    above, below = np.column_stack([x, np.maximum(top, bottom)]), np.column_stack([x, np.full(len(x), bottom)])
+    return np.concatenate(
+        [
+            np.stack([below[:-1], below[1:], above[:-1]], axis=1),
+            np.stack([below[1:], above[1:], above[:-1]], axis=1),
+        ]
+    )

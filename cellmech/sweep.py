@@ -1,0 +1,172 @@
+"""Cases over MPI ranks: groups of ranks take cases in turn, world rank 0 hears how they get on.
+
+What a case computes never depends on the group that has it.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+import traceback
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+from mpi4py import MPI
+
+from cellmech.errors import CellmechError
+from cellmech.interrupts import Interrupts
+from cellmech.post import PAUSE_S, Post, Result, Watcher
+from cellmech.records import CaseFolder, json_text, write_whole
+from cellmech.study_file import Case
+
+if TYPE_CHECKING:  # they bring DOLFINx along, which --list and bad input need not wait for
+    from cellmech.case import MeshPlan, Progress
+
+GRACE_S = 10.0  # for the other ranks of a case to run into the error that one has met
+
+Solve: TypeAlias = "Callable[[Case, CaseFolder, MPI.Comm, MeshPlan, Callable[[Progress], None]], Result]"
+
+
+@dataclass(frozen=True)
+class Job:
+    """A case to solve, and where its files go.
+
+    Args:
+        label: what the user reads; the case's name, told apart if there are several studies.
+        case: the case.
+        folder: of its files.
+        plan: which layers the meshes of its study keep apart.
+        key: ties the result to its inputs, `records.input_key`.
+        source: ties it to the program, `records.source_hash` at the start.
+        notes: first lines of run.log.
+    """
+
+    label: str
+    case: Case
+    folder: Path
+    plan: MeshPlan
+    key: str
+    source: str
+    notes: tuple[str, ...] = ()
+
+
+def share(count: int, groups: int, group: int) -> Iterable[int]:
+    """The numbers of the cases that a group solves."""
+    return range(group, count, groups)
+
+
+def solve_jobs(
+    jobs: list[Job], solve: Solve, world: MPI.Comm, ranks_per_case: int, watcher: Watcher, interrupts: Interrupts
+) -> list[Result]:
+    """Solve the cases, each on so many ranks, and write their files. Collective on world.
+
+    Args:
+        jobs: the cases, the same on every rank.
+        solve: `case.solve_case`.
+        world: all ranks; those that do not fill a group are idle.
+        ranks_per_case: size of a group.
+        watcher: told of the cases on world rank 0.
+        interrupts: asked at every step.
+
+    Returns:
+        The contents of the result.json files on world rank 0, in the order of the jobs; [] elsewhere.
+    """
+    groups = world.size // ranks_per_case
+    group = world.rank // ranks_per_case
+    post = Post(world, watcher)
+    comm = world.Split(group if group < groups else MPI.UNDEFINED, world.rank)
+    if comm != MPI.COMM_NULL:
+        together = comm.Dup()  # a rank that has failed must not speak where the others still solve
+        for index in share(len(jobs), groups, group):
+            _Attempt(index, jobs[index], comm, together, post, interrupts).run(solve)
+        together.Free()
+    post.close(len(jobs))
+    return [post.results[index] for index in range(len(jobs))] if world.rank == 0 else []
+
+
+class _Attempt:
+    """One case in the hands of one group."""
+
+    def __init__(
+        self, index: int, job: Job, comm: MPI.Comm, together: MPI.Comm, post: Post, interrupts: Interrupts
+    ) -> None:
+        self.index, self.job, self.comm, self.together, self.post = index, job, comm, together, post
+        self.interrupts, self.lead = interrupts, comm.rank == 0
+
+    def run(self, solve: Solve) -> None:
+        """Solve; whatever goes wrong, the group ends with the same result on every rank, or the whole job ends."""
+        begun, result, reason, trace = time.perf_counter(), None, "", ""
+        if self.lead:
+            self.post.started(self.index)
+        try:
+            result = self._solve(solve)
+        except CellmechError as error:
+            reason = str(error)
+        except Exception as error:
+            text = " ".join(str(error).split())  # one line; PETSc's have many
+            reason, trace = f"internal error: {type(error).__name__}: {text}", traceback.format_exc()
+        reason, trace = self._agree(reason, trace)
+        if reason or result is None:
+            result = self._complete(
+                {"status": "failed", "reason": reason, "wall_s": time.perf_counter() - begun, "ranks": self.comm.size}
+            )
+            if self.lead:
+                self._record(result, trace)
+        if self.lead:
+            self.post.finished(self.index, result)
+
+    def _solve(self, solve: Solve) -> Result:
+        folder = CaseFolder(self.job.folder, self.lead)
+        try:
+            for note in self.job.notes:
+                folder.log(note)
+            result = self._complete(solve(self.job.case, folder, self.comm, self.job.plan, self._report))
+            folder.flush(force=True)
+            folder.write_json("result.json", result)
+            return result
+        finally:
+            folder.close()
+
+    def _report(self, progress: Progress) -> None:
+        self.interrupts.check()
+        if self.lead:
+            self.post.progressed(self.index, progress)
+
+    def _complete(self, result: Result) -> Result:
+        hashes = {"source_hash": self.job.source, "input_hash": self.job.key}
+        return {"schema": 1, "case": self.job.case.name, "status": "", "reason": "", **hashes, **result, **hashes}
+
+    def _agree(self, reason: str, trace: str) -> tuple[str, str]:
+        """What went wrong on the first rank where something did. If the others go on solving, the job is ended."""
+        arrival, deadline = self.together.Ibarrier(), time.monotonic() + GRACE_S
+        while not arrival.Test():
+            if reason and time.monotonic() > deadline:
+                self._abort(reason, trace)
+            time.sleep(PAUSE_S / 10)
+        met = self.together.allgather((reason, trace))
+        return next((found for found in met if found[0]), ("", ""))
+
+    def _abort(self, reason: str, trace: str) -> None:
+        place = f"rank {self.comm.rank} of {self.comm.size}"
+        _append(self.job.folder / "run.log", f"failed on {place} alone: {reason}\n{trace}")
+        text = f"cellmech: {self.job.label}: {reason} (on {place} alone; all ranks are stopped)"
+        print(text, file=sys.stderr, flush=True)
+        MPI.COMM_WORLD.Abort(1)
+
+    def _record(self, result: Result, trace: str) -> None:
+        """Leave on disk what is known of a case that fell over; if the disk is what failed, in the result only."""
+        _append(self.job.folder / "run.log", f"failed: {result['reason']}\n{trace}")
+        try:
+            write_whole(self.job.folder / "result.json", json_text(result))
+        except OSError as error:
+            result["reason"] += f" (and result.json cannot be written: {error})"
+
+
+def _append(path: Path, text: str) -> None:
+    try:
+        with open(path, "a", encoding="utf-8") as stream:
+            stream.write(text.rstrip("\n") + "\n")
+    except OSError:
+        pass  # the same text goes to the terminal

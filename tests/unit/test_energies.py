@@ -1,0 +1,240 @@
+"""The four strain energies: at rest, at small strain, against eqs 17-20 coded by hand, under rotation."""
+
+from functools import lru_cache
+from types import SimpleNamespace
+
+import mpmath
+import numpy as np
+import pytest
+import ufl
+from dolfinx import fem
+from problems import LAW_NAMES, affine, block, displacement_space, moduli, solid
+
+from cellmech.energies import LAWS, energy_and_stress, lame
+from cellmech.forms import PointValues
+from cellmech.kinematics import embed, green_lagrange
+from cellmech.materials import mixtures
+
+YOUNG, POISSON = 10.0, 0.3
+LMBDA, MU = lame(YOUNG, POISSON)
+FIRST_CELL = np.array([0], dtype=np.int32)
+CASES = [*((law, 3.0) for law in LAW_NAMES), ("yeoh", 0.0)]  # the last one is eq. 20 as printed
+STRESS_FREE = CASES[:-1]
+
+
+@lru_cache
+def law_at(law: str, i1_rest: float = 3.0):
+    """(W, S) of the package as a function of the displacement gradient, S of shape (3, 3)."""
+    domain = block()
+    u = fem.Function(displacement_space(domain, 1))
+    (mixture,) = mixtures(domain, {"solid": solid(law, YOUNG, POISSON, i1_rest=i1_rest)})
+    W, S = mixture.solid(embed(green_lagrange(u)))
+    compiled = PointValues(packed(W, S), np.array([[0.25, 0.25]]), domain.mesh.comm)
+
+    def evaluate(H):
+        u.x.array[:] = affine(u.function_space, H)
+        return unpacked(compiled(FIRST_CELL)[0, 0])
+
+    return evaluate
+
+
+@lru_cache
+def spatial_law_at(law: str):
+    """(W, S) as a function of any 3-D deformation gradient."""
+    domain = block()
+    E = fem.Constant(domain.mesh, np.zeros((3, 3)))
+    constants = {k: fem.Constant(domain.mesh, v) for k, v in moduli(law, YOUNG, POISSON).items()}
+    W, S = energy_and_stress(LAWS[law], E, **constants)
+    compiled = PointValues(packed(W, S), np.array([[0.25, 0.25]]), domain.mesh.comm)
+
+    def evaluate(F):
+        E.value[:] = (F.T @ F - np.eye(3)) / 2
+        return unpacked(compiled(FIRST_CELL)[0, 0])
+
+    return evaluate
+
+
+def packed(W, S):
+    return ufl.as_vector([W, *(S[i, j] for i in range(3) for j in range(3))])
+
+
+def unpacked(values):
+    return values[0], values[1:].reshape(3, 3)
+
+
+def three_d(F):
+    result = np.eye(3, dtype=np.asarray(F).dtype)
+    result[:2, :2] = F
+    return result
+
+
+def paper(law, C, i1_rest=3.0, log=np.log, one=1.0):
+    """W and S of eqs 17-20 for a 3-D C, written from the paper; works on floats and on mpmath numbers."""
+    eye = np.eye(3, dtype=int)
+    I1 = np.trace(C)
+    I2 = (I1**2 - np.trace(C @ C)) / 2
+    adjugate = np.cross(C[[1, 2, 0]], C[[2, 0, 1]]).T
+    I3 = C[0] @ adjugate[:, 0]
+    C_inv, ln_J = adjugate / I3, log(I3) / 2
+    beta = moduli("mooney-rivlin", YOUNG, POISSON)["beta"]
+    alpha, lmbda_mr = MU * one / 2 - beta, LMBDA * one + 2 * MU * one / 3
+    third = one / 3
+    if law == "saint-venant":
+        E = (C - eye) / (2 * one)
+        return LMBDA * np.trace(E) ** 2 / 2 + MU * np.trace(E @ E), LMBDA * np.trace(E) * eye + 2 * MU * E
+    if law == "neo-hookean":
+        W = MU * (I1 - 3 - 2 * ln_J) / 2 + LMBDA * ln_J**2 / 2
+        return W, MU * (eye - C_inv) + LMBDA * ln_J * C_inv
+    W = alpha * (I1 - 3 * I3**third) + beta * (I2 - 3 * I3 ** (2 * third)) + lmbda_mr * ln_J**2 / 2
+    S = (
+        2 * alpha * (eye - I3**third * C_inv)
+        + 2 * beta * (I1 * eye - C - 2 * I3 ** (2 * third) * C_inv)
+        + lmbda_mr * ln_J * C_inv
+    )
+    if law == "mooney-rivlin":
+        return W, S
+    i1, y1, y2 = I1 - i1_rest, -alpha / 2, alpha / 10
+    return W + y1 * i1**2 / 2 + y2 * i1**3 / 3, S + 2 * (y1 * i1 + y2 * i1**2) * eye
+
+
+def random_gradients(size, count=8, seed=1):
+    """Displacement gradients with det F > 0."""
+    rng = np.random.default_rng(seed)
+    gradients = []
+    while len(gradients) < count:
+        H = size * rng.uniform(-1, 1, (2, 2))
+        if np.linalg.det(np.eye(2) + H) > 0.05:
+            gradients.append(H)
+    return gradients
+
+
+def rotation(angle):
+    return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+
+
+@pytest.mark.parametrize(("law", "i1_rest"), STRESS_FREE)
+def test_law_at_rest_has_no_energy_and_no_stress(law, i1_rest):
+    W, S = law_at(law, i1_rest)(np.zeros((2, 2)))
+    assert abs(W) < 1e-14 * MU
+    assert np.abs(S).max() < 1e-14 * MU
+
+
+def test_printed_yeoh_at_rest_has_the_stress_minus_1_2_alpha():
+    alpha = MU / 2 - MU / 0.4
+    _, S = law_at("yeoh", 0.0)(np.zeros((2, 2)))
+    np.testing.assert_allclose(S, -1.2 * alpha * np.eye(3), rtol=0, atol=1e-13 * MU)
+
+
+@pytest.mark.parametrize("law", LAW_NAMES)
+def test_law_at_small_strain_has_the_stated_moduli(law):
+    """mu for every law; lambda as given, for Yeoh lambda + 4 alpha_Y1 = lambda + 4 mu at the printed beta."""
+    h = 1e-9
+    lmbda = LMBDA + 4 * MU if law == "yeoh" else LMBDA
+    stress = law_at(law)
+    shear = stress([[0.0, h], [0.0, 0.0]])[1] / h
+    stretch = stress([[h, 0.0], [0.0, 0.0]])[1] / h
+    np.testing.assert_allclose(shear, MU * (np.eye(3)[[1, 0, 2]] - np.diag([0, 0, 1])), rtol=0, atol=1e-6 * MU)
+    np.testing.assert_allclose(stretch, np.diag([lmbda + 2 * MU, lmbda, lmbda]), rtol=0, atol=1e-6 * MU)
+
+
+@pytest.mark.parametrize(("law", "i1_rest"), CASES)
+@pytest.mark.parametrize("size", [0.02, 0.3, 1.5])
+def test_stress_by_differentiation_equals_the_equations_by_hand(law, i1_rest, size):
+    """All nine components, S_zz included."""
+    for H in random_gradients(size):
+        F = three_d(np.eye(2) + H)
+        W, S = law_at(law, i1_rest)(H)
+        W_hand, S_hand = paper(law, F.T @ F, i1_rest)
+        scale = np.abs(S_hand).max()
+        assert W == pytest.approx(W_hand, rel=1e-12, abs=1e-13 * MU)
+        np.testing.assert_allclose(S, S_hand, rtol=0, atol=1e-12 * max(scale, MU))
+
+
+@pytest.mark.parametrize("law", LAW_NAMES)
+def test_stress_by_differentiation_holds_for_any_spatial_strain(law):
+    """The invariants are those of the full 3-D C, with any F33 and any out-of-plane shear."""
+    rng = np.random.default_rng(5)
+    for _ in range(5):
+        F = np.eye(3) + 0.3 * rng.uniform(-1, 1, (3, 3))
+        W, S = spatial_law_at(law)(F)
+        W_hand, S_hand = paper(law, F.T @ F)
+        assert np.linalg.det(F) > 0
+        assert W == pytest.approx(W_hand, rel=1e-12, abs=1e-13 * MU)
+        np.testing.assert_allclose(S, S_hand, rtol=0, atol=1e-12 * max(np.abs(S_hand).max(), MU))
+
+
+@pytest.mark.parametrize(("law", "i1_rest"), CASES)
+@pytest.mark.parametrize("size", [1e-4, 1e-6, 1e-8, 1e-10])
+def test_stress_at_small_strain_keeps_its_digits(law, i1_rest, size):
+    """Against the same law in 60 digits; a plain ln J or C - I would be left with 6 digits at 1e-10, or with none."""
+    for H in random_gradients(size, count=3):
+        with mpmath.workdps(60):
+            F = three_d(
+                np.array(
+                    [
+                        [mpmath.mpf(h) + i for h, i in zip(*rows, strict=True)]
+                        for rows in zip(H, np.eye(2, dtype=int), strict=True)
+                    ]
+                )
+            )
+            W_exact, S_exact = paper(law, F.T @ F, i1_rest, log=np.frompyfunc(mpmath.log, 1, 1), one=mpmath.mpf(1))
+            S_exact, W_exact = S_exact.astype(float), float(W_exact)
+        W, S = law_at(law, i1_rest)(H)
+        assert np.abs(S - S_exact).max() < 1e-9 * np.abs(S_exact).max()
+        if i1_rest == 3.0:
+            assert W == pytest.approx(W_exact, rel=1e-9)
+
+
+@pytest.mark.parametrize(("law", "i1_rest"), CASES)
+def test_law_is_frame_indifferent(law, i1_rest):
+    """W and S of Q F equal those of F; and W depends on F, so that the claim is not empty."""
+    evaluate = law_at(law, i1_rest)
+    for H in random_gradients(0.4, count=4):
+        F = np.eye(2) + H
+        W, S = evaluate(H)
+        for angle in (0.1, 1.0, 3.0):
+            W_turned, S_turned = evaluate(rotation(angle) @ F - np.eye(2))
+            assert W_turned == pytest.approx(W, rel=1e-12, abs=1e-12 * MU)
+            np.testing.assert_allclose(S_turned, S, rtol=0, atol=1e-12 * max(np.abs(S).max(), MU))
+        assert abs(evaluate(F @ rotation(0.5) @ np.diag([1.1, 1.0]) - np.eye(2))[0] - W) > 1e-3 * MU
+
+
+@pytest.mark.parametrize("law", LAW_NAMES)
+def test_law_is_isotropic(law):
+    evaluate = law_at(law)
+    for H in random_gradients(0.4, count=3):
+        Q = rotation(0.7)
+        W, S = evaluate(H)
+        W_turned, S_turned = evaluate((np.eye(2) + H) @ Q - np.eye(2))
+        assert W_turned == pytest.approx(W, rel=1e-12)
+        np.testing.assert_allclose(
+            S_turned, three_d(Q).T @ S @ three_d(Q), rtol=0, atol=1e-12 * max(np.abs(S).max(), MU)
+        )
+
+
+def test_mooney_rivlin_beta_shows_only_out_of_plane():
+    """In plane strain I2 = I1 - 1 + I3: at equal in-plane isochoric strain only S_zz depends on beta."""
+    H = np.array([[0.25, 0.3], [0.0, -0.2]])  # det F = 1
+    F = three_d(np.eye(2) + H)
+    C = F.T @ F
+    _, S = law_at("mooney-rivlin")(H)
+    _, S_neo = paper("neo-hookean", C)
+    gap = (S - S_neo)[:2, :2] @ C[:2, :2]
+    np.testing.assert_allclose(gap, gap[0, 0] * np.eye(2), rtol=0, atol=1e-12 * MU)  # a pressure in the plane
+    assert abs(S[2, 2] - S_neo[2, 2]) > 0.1 * MU
+
+
+@pytest.mark.parametrize(
+    ("printed", "lmbda"), [(False, 10.0 * 0.45 / (1.45 * 0.1)), (True, 10.0 * 0.45 / 0.1)], ids=["standard", "printed"]
+)
+def test_lame_constants_are_those_of_young_and_poisson(printed, lmbda):
+    got = SimpleNamespace(**dict(zip(("lmbda", "mu"), lame(10.0, 0.45, printed), strict=True)))
+    assert got.lmbda == pytest.approx(lmbda, rel=1e-12)
+    assert got.mu == pytest.approx(10.0 / 2.9, rel=1e-12)
+
+
+def test_lame_constants_give_back_uniaxial_young_and_poisson():
+    lmbda, mu = lame(7.0, 0.2)
+    stiffness = lmbda * np.ones((3, 3)) + 2 * mu * np.eye(3)
+    strain = np.linalg.solve(stiffness, [1.0, 0.0, 0.0])
+    np.testing.assert_allclose(strain, [1 / 7.0, -0.2 / 7.0, -0.2 / 7.0], rtol=1e-12)

@@ -1,0 +1,158 @@
+"""The nonlinear solve: what converged means, what a failure says, rigid modes taken out."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from dolfinx import fem
+from dolfinx.fem import petsc
+from problems import block, displacement_space, hold, layered_disc, solid
+
+from cellmech.contact import Contact, Flat
+from cellmech.forms import compile_form
+from cellmech.materials import mixtures
+from cellmech.modes import rigid_modes
+from cellmech.residual import Body, State, equilibrium
+from cellmech.run import Run, Schedule
+from cellmech.snes import MAX_ITERATIONS, Solver
+
+PULL = 6.0
+
+
+def pulled_block(traction=PULL, law="neo-hookean"):
+    domain = block(nx=3, ny=3, bottom="outer")
+    space = displacement_space(domain)
+    bcs = (hold(space, domain, "left", 0), hold(space, domain, "outer", 1))
+    body = Body(domain, mixtures(domain, {"solid": solid(law)}), space, bcs, tractions={"right": (traction, 0.0)})
+    return body, State(body)
+
+
+def test_solution_is_in_equilibrium_to_the_tolerance_asked_for():
+    """The residual, assembled apart from the solver, is zero but for the held dofs; these carry the traction."""
+    body, state = pulled_block()
+    outcome = Solver(body, state, PULL, tolerance=1e-11).solve(1.0)
+    assert outcome.converged and outcome.reason == ""
+    assert 2 <= outcome.iterations <= MAX_ITERATIONS
+    assert 1 <= outcome.factorisations <= outcome.iterations + 1
+    assert outcome.residual <= 1e-11 * PULL
+    R, _ = equilibrium(body, state, fem.Constant(body.domain.mesh, 1.0))
+    forces = petsc.assemble_vector(compile_form(R, body.domain.mesh.comm)).getArray().copy()
+    held = np.concatenate([bc.dof_indices()[0] for bc in body.bcs])
+    assert np.linalg.norm(np.delete(forces, held)) <= 1e-11 * PULL
+    assert forces[0::2].sum() == pytest.approx(-PULL, rel=1e-9)
+    assert np.abs(state.u.x.array).max() > 0.2
+
+
+def test_second_solve_starts_from_the_first_and_needs_nothing():
+    body, state = pulled_block()
+    solver = Solver(body, state, PULL)
+    assert solver.solve(1.0).iterations > 0
+    u = state.u.x.array.copy()
+    assert solver.solve(1.0).iterations == 0
+    np.testing.assert_array_equal(state.u.x.array, u)
+
+
+def test_solution_does_not_depend_on_the_way_to_it():
+    """In five load steps, with kept factorisations, or at once."""
+    body, state = pulled_block()
+    solver = Solver(body, state, PULL, tolerance=1e-12)
+    for amplitude in (0.2, 0.4, 0.6, 0.8, 1.0):
+        assert solver.solve(amplitude).converged
+    stepped = state.u.x.array.copy()
+    body, state = pulled_block()
+    assert Solver(body, state, PULL, tolerance=1e-12).solve(1.0).converged
+    np.testing.assert_allclose(state.u.x.array, stepped, rtol=0, atol=1e-10)
+
+
+def test_failed_solve_says_that_the_load_has_no_equilibrium():
+    """Twice the load that Saint-Venant can bear in compression."""
+    body, state = pulled_block(-8.0, "saint-venant")
+    outcome = Solver(body, state, 8.0).solve(1.0)
+    assert not outcome.converged
+    assert outcome.reason.startswith(("no equilibrium", "material turns inside out"))
+
+
+def test_body_that_nothing_holds_is_refused():
+    """Pushed off its balance without anything to resist: never a solution, whatever the factorisation makes of it."""
+    body, state = pulled_block()
+    outcome = Solver(dataclasses.replace(body, bcs=()), state, PULL).solve(1.0)
+    assert not outcome.converged
+    assert outcome.reason
+
+
+# Rigid modes
+
+FLAT, CONTACT = Flat(0.0), Contact("surface", 50.0, 0.005)
+RADIUS, GRAVITY = 2.0, 0.5
+
+
+def resting_disc(shape):
+    """A disc, or its right half with a plane of symmetry, settled on a flat."""
+    domain = layered_disc(
+        shape=shape, centre=(0.0, RADIUS), interfaces=(("soft", RADIUS),), nucleus_radius_um=RADIUS / 2, size_um=0.5
+    )
+    space = displacement_space(domain)
+    half = shape == "half"
+    body = Body(
+        domain,
+        mixtures(domain, {"soft": solid(young=10.0)}),
+        space,
+        (hold(space, domain, "axis", 0),) if half else (),
+        (0.0, -GRAVITY),
+        contact=CONTACT,
+        obstacles=(FLAT,),
+        amplitude=lambda t: t,
+    )
+    modes = None if half else rigid_modes(body, (0.0, RADIUS), sideways=True)
+    run = Run(body, Schedule(1.0, ramp_end_s=1.0), GRAVITY * np.pi * RADIUS**2, modes=modes)
+    run.run(lambda step: None)
+    return run
+
+
+@pytest.fixture(scope="module")
+def discs():
+    return {shape: resting_disc(shape) for shape in ("half", "full")}
+
+
+def test_full_disc_without_its_rigid_modes_equals_the_half_disc(discs):
+    half, full = discs["half"], discs["full"]
+    assert 2 * half.ledger.contact_force()[1] == pytest.approx(GRAVITY * np.pi * RADIUS**2, rel=2e-3)
+    assert full.ledger.contact_force()[1] == pytest.approx(2 * half.ledger.contact_force()[1], rel=1e-8)
+    assert full.ledger.stored() == pytest.approx(2 * half.ledger.stored(), rel=1e-7)
+    depths = [run.outline.max_depth(run.state.u, [FLAT]) for run in (half, full)]
+    assert depths[1] == pytest.approx(depths[0], rel=1e-7)
+    assert np.abs(full.u).max() == pytest.approx(np.abs(half.u).max(), rel=1e-7)
+    assert np.abs(half.u).max() > 0.1
+
+
+def test_rigid_modes_are_zero_in_the_solution_and_carry_no_force(discs):
+    run = discs["full"]
+    body, modes = run.body, run.modes
+    x = modes.vectors[0].duplicate()
+    x.setArray(run.u)
+    for vector in modes.vectors:
+        assert vector.norm() == pytest.approx(1.0, rel=1e-12)
+        assert abs(vector.dot(x)) < 1e-10
+    assert abs(modes.vectors[0].dot(modes.vectors[1])) < 1e-12
+    assert max(abs(r) for r in modes.reactions) < 1e-8 * GRAVITY * np.pi * RADIUS**2
+    area = body.domain.dx(2)
+    mean = fem.assemble_scalar(compile_form(run.state.u[0] * area, body.domain.mesh.comm))
+    assert abs(mean) < 1e-10
+
+
+def test_rigid_mode_vectors_span_the_rotation_and_the_translation(discs):
+    """A turn and a step sideways are taken out; the step up, which the contact resists, is not."""
+    run = discs["full"]
+    space, modes = run.body.space, run.modes
+    X = space.tabulate_dof_coordinates()[:, :2] - [0.0, RADIUS]
+    x = modes.vectors[0].duplicate()
+    work = {}
+    for name, motion in (
+        ("turn", np.column_stack([-X[:, 1], X[:, 0]])),
+        ("sideways", np.tile([1.0, 0.0], (len(X), 1))),
+        ("up", np.tile([0.0, 1.0], (len(X), 1))),
+    ):
+        x.setArray(motion.ravel())
+        work[name] = [vector.dot(x) for vector in modes.vectors]
+    assert abs(np.linalg.det([work["turn"], work["sideways"]])) > 1.0
+    np.testing.assert_allclose(work["up"], 0.0, atol=1e-10)

@@ -1,0 +1,160 @@
+"""Cases over ranks, here on one; the same under mpirun is in tests/cli."""
+
+import itertools
+import json
+import signal
+
+import pytest
+from mpi4py import MPI
+
+from cellmech.errors import SolveError
+from cellmech.interrupts import Interrupted, Interrupts
+from cellmech.scene import Scene
+from cellmech.study_file import Case
+from cellmech.sweep import Job, share, solve_jobs
+
+
+class Watcher:
+    def __init__(self):
+        self.heard = []
+
+    def started(self, index):
+        self.heard.append(("started", index))
+
+    def progressed(self, index, progress):
+        self.heard.append(("progressed", index, progress))
+
+    def finished(self, index, result):
+        self.heard.append((result["status"], index))
+
+    def tick(self):
+        pass
+
+
+@pytest.fixture
+def sweep(tmp_path):
+    """Solve cases of these names on one rank."""
+
+    def run(solve, *names):
+        jobs = [Job(n, Case(n, Scene()), tmp_path / n, None, f"key {n}", "source", (f"note {n}",)) for n in names]
+        watcher = Watcher()
+        with Interrupts() as interrupts:
+            results = solve_jobs(jobs, solve, MPI.COMM_SELF, 1, watcher, interrupts)
+        return results, watcher.heard
+
+    return run
+
+
+@pytest.mark.parametrize(("count", "groups"), [(0, 1), (7, 1), (7, 3), (2, 5), (6, 3)])
+def test_every_case_has_exactly_one_group(count, groups):
+    shares = [list(share(count, groups, group)) for group in range(groups)]
+    assert sorted(itertools.chain(*shares)) == list(range(count))
+    assert max(map(len, shares)) - min(map(len, shares)) <= 1
+    assert all(share == sorted(share) for share in shares)
+
+
+def test_cases_are_solved_told_of_and_recorded(sweep, tmp_path):
+    def solve(case, folder, comm, plan, report):
+        report(f"{case.name} moves")
+        return {"status": "solved", "reason": "", "x": 1.5, "input_hash": "not its business"}
+
+    results, heard = sweep(solve, "a", "b")
+    assert heard == [
+        ("started", 0), ("progressed", 0, "a moves"), ("solved", 0),
+        ("started", 1), ("progressed", 1, "b moves"), ("solved", 1),
+    ]  # fmt: skip
+    expected = {
+        "schema": 1,
+        "case": "a",
+        "status": "solved",
+        "reason": "",
+        "source_hash": "source",
+        "input_hash": "key a",
+    }
+    assert results[0] == {**expected, "x": 1.5}
+    assert json.loads((tmp_path / "a/result.json").read_text()) == results[0]
+    assert (tmp_path / "b/run.log").read_text() == "note b\n"
+
+
+@pytest.mark.parametrize(
+    ("error", "reason", "traced"),
+    [
+        (SolveError("slides"), "slides", False),
+        (IndexError("a\n b"), "internal error: IndexError: a b", True),
+        (AssertionError(), "internal error: AssertionError: ", True),
+        (MemoryError(), "internal error: MemoryError: ", True),
+    ],
+)
+def test_error_of_a_case_is_its_result_and_the_next_goes_on(sweep, tmp_path, error, reason, traced):
+    def solve(case, folder, comm, plan, report):
+        folder.add_row({"t_s": 1.0})
+        folder.add_row({"t_s": 2.0})
+        if case.name == "a":
+            raise error
+        return {"status": "solved", "reason": ""}
+
+    results, heard = sweep(solve, "a", "b")
+    assert [(result["status"], result["reason"]) for result in results] == [("failed", reason), ("solved", "")]
+    assert json.loads((tmp_path / "a/result.json").read_text()) == results[0]
+    assert results[0]["input_hash"] == "key a"
+    assert ("Traceback" in (tmp_path / "a/run.log").read_text()) == traced
+    assert (tmp_path / "a/history.csv").read_text() == "t_s\n1.0\n2.0\n"
+    assert [what[0] for what in heard] == ["started", "failed", "started", "solved"]
+
+
+def test_disk_that_refuses_is_a_failure_of_the_case(sweep, tmp_path):
+    (tmp_path / "a").write_text("a file in the folder's place")
+    results, _ = sweep(lambda *arguments: {"status": "solved", "reason": ""}, "a", "b")
+    assert [result["status"] for result in results] == ["failed", "solved"]
+    assert "FileExistsError" in results[0]["reason"]
+    assert "result.json cannot be written" in results[0]["reason"]
+
+
+@pytest.mark.parametrize("signum", [signal.SIGINT, signal.SIGTERM])
+def test_signal_ends_the_sweep_with_the_history_on_disk(sweep, tmp_path, signum):
+    def solve(case, folder, comm, plan, report):
+        folder.add_row({"t_s": 1.0})
+        folder.add_row({"t_s": 2.0})
+        signal.raise_signal(signum)
+        raise AssertionError("goes on after the signal")
+
+    with pytest.raises(Interrupted, match=signal.Signals(signum).name):
+        sweep(solve, "a", "b")
+    assert (tmp_path / "a/history.csv").read_text() == "t_s\n1.0\n2.0\n"
+    assert not (tmp_path / "a/result.json").exists()
+    assert not (tmp_path / "b").exists()
+
+
+def test_signal_whose_exception_is_lost_counts_at_the_next_step(sweep):
+    def solve(case, folder, comm, plan, report):
+        try:
+            signal.raise_signal(signal.SIGTERM)
+        except BaseException:
+            pass  # what Python does in a destructor or a callback from C
+        report("a step")
+        raise AssertionError("goes on after the signal")
+
+    with pytest.raises(Interrupted, match="SIGTERM"):
+        sweep(solve, "a")
+
+
+def test_signal_taken_by_a_library_is_taken_back_at_the_next_step(sweep):
+    def solve(case, folder, comm, plan, report):
+        before = signal.signal(signal.SIGINT, signal.SIG_DFL)  # as Gmsh does
+        report("a step")
+        assert signal.getsignal(signal.SIGINT) == before
+        return {"status": "solved", "reason": ""}
+
+    assert sweep(solve, "a")[0][0]["status"] == "solved"
+
+
+def test_handlers_are_put_back_and_an_ignored_signal_stays_ignored():
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        terminate = signal.getsignal(signal.SIGTERM)
+        with Interrupts():
+            assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+            assert signal.getsignal(signal.SIGTERM) is not terminate
+        assert signal.getsignal(signal.SIGTERM) is terminate
+    finally:
+        signal.signal(signal.SIGINT, before)

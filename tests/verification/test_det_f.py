@@ -1,0 +1,130 @@
+"""No state with det F <= 0 is ever accepted, and a body that has no equilibrium left is stopped."""
+
+import numpy as np
+import pytest
+import ufl
+from problems import affine, block, displacement_space, hold, solid, wet
+
+from cellmech.errors import SolveError
+from cellmech.forms import PointValues
+from cellmech.kinematics import deformation_gradient
+from cellmech.materials import mixtures
+from cellmech.residual import Body, State
+from cellmech.run import History, Run, Schedule
+from cellmech.snes import DetFWatch, Solver
+
+YOUNG = 10.0
+
+
+def column(material, traction, amplitude=lambda t: 1.0, nx=2):
+    """A unit square on rollers under a dead traction on its right side."""
+    domain = block(nx=nx, ny=nx, bottom="outer")
+    space = displacement_space(domain)
+    bcs = (hold(space, domain, "left", 0), hold(space, domain, "outer", 1))
+    return Body(
+        domain,
+        mixtures(domain, {"solid": material}),
+        space,
+        bcs,
+        tractions={"right": (traction, 0.0)},
+        amplitude=amplitude,
+    )
+
+
+def stretch(state):
+    X = state.u.function_space.tabulate_dof_coordinates()[:, :2]
+    return 1.0 + state.u.x.array.reshape(-1, 2)[np.argmax(X.sum(axis=1)), 0]
+
+
+@pytest.mark.parametrize(
+    ("H", "admissible"),
+    [
+        (np.array([[0.3, 0.9], [-0.4, -0.2]]), True),
+        (np.array([[-1.001, 0.0], [0.0, 0.0]]), False),
+        (np.array([[0.0, 1.01], [1.01, 0.0]]), False),
+        (np.array([[-2.0, 0.0], [0.0, -2.0]]), True),  # half a turn
+    ],
+)
+def test_watch_refuses_what_is_turned_inside_out(H, admissible):
+    body = column(solid("saint-venant"), 1.0)
+    state = State(body)
+    state.u.x.array[:] = affine(body.space, H)
+    watch = DetFWatch(body, state)
+    assert watch.admissible() == admissible
+    assert (watch.worst is None) == admissible
+
+
+def test_watch_sees_an_inversion_at_a_corner_that_no_quadrature_point_feels():
+    body = column(solid("saint-venant"), 1.0, nx=1)
+    state = State(body)
+    X = body.space.tabulate_dof_coordinates()[:, :2]
+    middle = np.argmin(np.linalg.norm(X - [0.5, 0.0], axis=1))
+    state.u.x.array[2 * middle] = 0.255  # an edge node past the quarter point folds the corner
+    watch = DetFWatch(body, state)
+    assert not watch.admissible()
+    np.testing.assert_allclose(watch.worst[1:], [1.0, 0.0], atol=1e-12)
+    state.u.x.array[2 * middle] = 0.245
+    assert watch.admissible()
+
+
+@pytest.mark.parametrize("law", ["saint-venant", "neo-hookean"])
+def test_solver_refuses_an_inverted_first_guess_and_says_where(law):
+    """Saint-Venant has finite stresses there, and another equilibrium: nothing but the watch stops it."""
+    body = column(solid(law, YOUNG, 0.0), -0.1)
+    state = State(body)
+    state.u.x.array[:] = affine(body.space, [[-2.0, 0.0], [0.0, 0.0]])
+    outcome = Solver(body, state, 0.1).solve(1.0)
+    assert not outcome.converged
+    assert "inside out" in outcome.reason and "det F = -1" in outcome.reason
+
+
+@pytest.mark.parametrize("law", ["saint-venant", "neo-hookean"])
+def test_predictor_that_inverts_elements_is_refused_and_the_step_cut(law, monkeypatch):
+    body = column(wet(law, YOUNG, 0.3, fluid_lambda=5.0, fluid_mu=2.0), -1.0)
+    undisturbed = Run(body, Schedule(2.0), 1.0)
+    undisturbed.run(lambda step: None)
+
+    plain, calls, lines, times = History.predict, [], [], []
+    inverted = affine(body.space, [[-1.5, 0.0], [0.0, 0.0]])
+
+    def predict(self, step):
+        calls.append(step)
+        return inverted.copy() if len(calls) in (8, 9) else plain(self, step)
+
+    monkeypatch.setattr(History, "predict", predict)
+    run = Run(body, Schedule(2.0), 1.0, log=lines.append)
+    run.run(lambda step: times.append(step.t_s))
+    assert run.totals.failed_solves == 2
+    assert calls[8] == pytest.approx(calls[7] / 4) and calls[9] == pytest.approx(calls[7] / 16)
+    assert all("inside out" in line and "step cut" in line for line in lines) and len(lines) == 2
+    assert times[-1] == 2.0
+    assert np.all(np.diff(times) > 0)
+    assert stretch(run.state) == pytest.approx(stretch(undisturbed.state), abs=5e-4)
+
+
+def test_saint_venant_under_growing_compression_stops_at_its_limit_point():
+    """nu = 0 and a dead load: P = E/2 a (a^2 - 1) has its minimum -E/(3 sqrt 3) at the stretch a = 1/sqrt 3."""
+    limit = YOUNG / (3 * np.sqrt(3))
+    body = column(solid("saint-venant", YOUNG, 0.0), -2 * limit, amplitude=lambda t: t)
+    steps = []
+    run = Run(body, Schedule(1.0, ramp_end_s=1.0), limit)
+    with pytest.raises(SolveError, match="no equilibrium beyond") as stop:
+        run.run(steps.append)
+    reached = float(str(stop.value).split("load amplitude ")[1].split(":")[0])
+    assert 0.5 - 2e-3 < reached <= 0.5 + 1e-9
+    assert steps[-1].amplitude <= 0.5
+    assert np.all(np.isfinite(run.u))
+    assert stretch(run.state) == pytest.approx(1 / np.sqrt(3), abs=0.03)
+    a = stretch(run.state)
+    assert YOUNG / 2 * a * (a**2 - 1) == pytest.approx(-2 * limit * reached, rel=1e-6)
+    det_f = PointValues(ufl.det(deformation_gradient(run.state.u)), np.array([[0.2, 0.2]]), body.domain.mesh.comm)
+    assert det_f(np.arange(8, dtype=np.int32)).min() > 0.5
+
+
+def test_neo_hookean_goes_through_the_load_that_stops_saint_venant():
+    limit = YOUNG / (3 * np.sqrt(3))
+    body = column(solid("neo-hookean", YOUNG, 0.0), -2 * limit, amplitude=lambda t: t)
+    run = Run(body, Schedule(1.0, ramp_end_s=1.0), limit)
+    run.run(lambda step: None)
+    a, mu = stretch(run.state), YOUNG / 2
+    assert mu * (a - 1 / a) == pytest.approx(-2 * limit, rel=1e-8)

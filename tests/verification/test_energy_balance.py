@@ -1,0 +1,107 @@
+"""Work of the load = stored + dissipated + done against the contact + kinetic, closing at second order in the step."""
+
+import numpy as np
+import pytest
+from problems import block, displacement_space, hold, march, solid, wet
+
+from cellmech.contact import Contact, Flat, Pillar
+from cellmech.energy import Ledger
+from cellmech.materials import mixtures
+from cellmech.residual import Body, State
+from cellmech.run import Run, Schedule
+
+GRAVITY, END = 3.0, 2.0  # Pa/µm, s
+
+
+def ramp(t):
+    s = min(t / END, 1.0)
+    return s**3 * (10 - 15 * s + 6 * s**2)
+
+
+def pressed_block(obstacle, young=20.0):
+    """A wet block that gravity presses on an obstacle until it is some 10 % flatter."""
+    domain = block(nx=2, ny=2, bottom="outer")
+    space = displacement_space(domain)
+    material = wet(young=young, poisson=0.3, fluid_fraction=0.5, fluid_lambda=5.0, fluid_mu=2.0)
+    return Body(
+        domain,
+        mixtures(domain, {"solid": material}),
+        space,
+        (hold(space, domain, "left", 0),),
+        (0.0, -GRAVITY),
+        contact=Contact(kappa=20.0, width=0.05),
+        obstacles=(obstacle,),
+        amplitude=ramp,
+    )
+
+
+def books(body, n):
+    """The ledger after n equal steps."""
+    state = State(body)
+    ledger = Ledger(body, state)
+    ledger.begin(0.0)
+    state.u.x.array[1::2] = -1e-3  # a first guess in contact, where the tangent is regular
+    march(body, GRAVITY, np.full(n, END / n), lambda t: ledger.add_step(body.amplitude(t)), state)
+    return ledger
+
+
+def gap(ledger):
+    return ledger.load_work - ledger.stored() - ledger.dissipated - ledger.contact_work - ledger.kinetic()
+
+
+@pytest.mark.parametrize("obstacle", [Flat(0.0), Pillar(0.0, -1.0, 1.5, 1.0, 2.0)], ids=["flat", "round"])
+def test_energy_balance_closes_at_second_order_in_the_step(obstacle):
+    body = pressed_block(obstacle)
+    ledgers = [books(body, n) for n in (10, 20, 40)]
+    gaps = np.array([abs(gap(ledger)) for ledger in ledgers])
+    orders = np.log2(gaps[:-1] / gaps[1:])
+    last = ledgers[-1]
+    for part in (last.stored(), last.dissipated, last.contact_work):
+        assert part > 0.1 * last.load_work
+    assert gaps[-1] < 1e-4 * last.load_work
+    assert np.all(np.abs(orders - 2.0) < 0.15)
+
+
+def test_energy_balance_of_a_run_under_error_control_closes():
+    """Through the time loop: the rows a result prints."""
+    body = pressed_block(Flat(0.0))
+    run = Run(body, Schedule(END, rtol=1e-4, ramp_end_s=END), GRAVITY)
+    run.run(lambda step: None)
+    ledger = run.ledger
+    assert min(ledger.stored(), ledger.dissipated, ledger.contact_work) > 0.1 * ledger.load_work
+    assert abs(gap(ledger)) < 1e-3 * ledger.load_work
+
+
+def test_work_against_a_penalty_is_the_integral_of_pressure_over_depth():
+    """A stiff block pressed flat: contact work -> length x int p dd at the end."""
+    body = pressed_block(Flat(0.0), young=1e5)
+    ledger = books(body, 20)
+    kappa, s, load = 20.0, 0.05, GRAVITY
+    d = load / kappa + s / 2
+    assert ledger.contact_work == pytest.approx(kappa * (d**2 / 2 - s * d / 2 + s**2 / 6), rel=5e-3)
+
+
+def test_free_fall_has_order_2_in_position_and_turns_work_into_kinetic_energy():
+    """Inertia alone: a load growing like t gives u = -(f/rho) t^3/6."""
+    density, errors, gaps = 2.0, [], []
+    domain = block()
+    body = Body(
+        domain,
+        mixtures(domain, {"solid": solid()}),
+        displacement_space(domain),
+        body_force=(0.0, -GRAVITY),
+        amplitude=lambda t: t,
+        density=density,
+    )
+    for n in (20, 40, 80):
+        state = State(body)
+        ledger = Ledger(body, state)
+        ledger.begin(0.0)
+        march(body, GRAVITY, np.full(n, END / n), lambda t, ledger=ledger: ledger.add_step(t), state)
+        exact = -GRAVITY / density * END**3 / 6
+        errors.append(np.abs(state.u.x.array[1::2] / exact - 1).max())
+        gaps.append(abs(gap(ledger)) / ledger.load_work)
+        assert np.abs(state.u.x.array[0::2]).max() < 1e-12
+        assert ledger.kinetic() == pytest.approx(density / 2 * (GRAVITY / density * END**2 / 2) ** 2, rel=0.02)
+    for sizes in (np.array(errors), np.array(gaps)):
+        assert np.all(np.abs(np.log2(sizes[:-1] / sizes[1:]) - 2.0) < 0.15)

@@ -1,0 +1,69 @@
+"""The tangent is the derivative of the residual: Taylor remainders with contact, fluid and inertia."""
+
+import numpy as np
+import pytest
+from dolfinx import fem
+from dolfinx.fem import petsc
+from problems import LAW_NAMES, affine, block, displacement_space, wet
+
+from cellmech import bdf
+from cellmech.contact import Contact, Flat, Pillar
+from cellmech.forms import compile_form
+from cellmech.materials import mixtures
+from cellmech.outline import Outline
+from cellmech.residual import Body, State, equilibrium
+
+OBSTACLES = (Flat(0.05), Pillar(0.2, -1.0, 1.5, 1.1, 4.0))
+CASES = [*((law, "surface") for law in LAW_NAMES), ("neo-hookean", "volume"), ("neo-hookean", "volume-printed")]
+
+
+def loaded_body(law, form):
+    """A wet block in finite, inhomogeneous motion, its bottom inside two obstacles."""
+    domain = block(nx=3, ny=3, bottom="outer")
+    space = displacement_space(domain)
+    contact = Contact(form, fem.Constant(domain.mesh, 20.0), fem.Constant(domain.mesh, 0.2))
+    material = wet(law, young=10.0, poisson=0.3, fluid_lambda=4.0, fluid_mu=2.0)
+    body = Body(
+        domain,
+        mixtures(domain, {"solid": material}),
+        space,
+        body_force=(0.1, -0.5),
+        contact=contact,
+        obstacles=OBSTACLES,
+        density=0.3,
+    )
+    state = State(body)
+    rng = np.random.default_rng(4)
+    for k, function in enumerate((state.u, state.u_n, state.u_nn)):
+        H = (1 - 0.3 * k) * np.array([[0.2, 0.35], [0.1, -0.25]])
+        function.x.array[:] = affine(space, H, (0.0, -0.02)) + 0.01 * rng.uniform(-1, 1, len(function.x.array))
+    state.v_n.x.array[:] = rng.uniform(-1, 1, len(state.v_n.x.array))
+    state.ddt.set(bdf.coefficients([0.4, 0.3]))
+    return body, state, rng
+
+
+@pytest.mark.parametrize(("law", "form"), CASES, ids=["-".join(case) for case in CASES])
+def test_tangent_leaves_a_taylor_remainder_of_order_2(law, form):
+    body, state, rng = loaded_body(law, form)
+    comm = body.domain.mesh.comm
+    R, K = (compile_form(f, comm) for f in equilibrium(body, state, fem.Constant(body.domain.mesh, 0.7)))
+    u, v = state.u.x.array.copy(), rng.uniform(-1, 1, len(state.u.x.array))
+
+    def residual(epsilon):
+        state.u.x.array[:] = u + epsilon * v
+        return petsc.assemble_vector(R).getArray().copy()
+
+    assert Outline(body.domain, body.space, "outer").max_depth(state.u, OBSTACLES[:1]) > 0.1
+    assert Outline(body.domain, body.space, "outer").max_depth(state.u, OBSTACLES[1:]) > 0.1
+    tangent = petsc.assemble_matrix(K)
+    tangent.assemble()
+    direction = tangent.createVecRight()
+    direction.setArray(v)
+    change = (tangent * direction).getArray()
+    at_rest = residual(0.0)
+    sizes = 2e-3 * 0.5 ** np.arange(4)
+    remainders = np.array([np.linalg.norm(residual(e) - at_rest - e * change) for e in sizes])
+    first_order = np.array([np.linalg.norm(residual(e) - at_rest) for e in sizes])
+    orders = np.log2(remainders[:-1] / remainders[1:])
+    assert np.all(np.abs(orders - 2.0) < 0.15)
+    assert np.all(np.abs(np.log2(first_order[:-1] / first_order[1:]) - 1.0) < 0.15)
