@@ -20,6 +20,7 @@ from cellmech.model import describe_model
 from cellmech.observables import Observer
 from cellmech.records import CaseFolder, flatten
 from cellmech.run import Run, Step
+from cellmech.scene import Scene
 from cellmech.scene_file import scene_to_toml
 from cellmech.setup import MeshPlan, Setup, mesh_plan
 from cellmech.study_file import Case
@@ -28,6 +29,7 @@ from cellmech.vtu import write_fields
 __all__ = ["Description", "MeshPlan", "Progress", "describe_case", "mesh_plan", "solve_case"]
 
 SLIDING = 1e-3  # share of the weight that may push sideways: round-off of an unsymmetric mesh, not a slope
+YEOH_STABLE = 0.5  # beta/mu up to which alpha >= 0
 MEMORY_BASE_MB, MEMORY_PER_DOF_MB = 260.0, 0.012
 
 
@@ -88,7 +90,7 @@ def solve_case(
 
         run.run(on_step)
     except SolveError as error:
-        status, reason = "failed", str(error)
+        status, reason = "failed", str(error) + _last_good_state(scene, scalars)
         folder.log(f"failed: {reason}")
     if scalars and run is not None:
         write_fields(folder, observer, run.t, series)
@@ -97,6 +99,19 @@ def solve_case(
     result |= {"status": status, "reason": reason, "settled": settled, "wall_s": time.perf_counter() - started}
     folder.log(f"{status} in {result['wall_s']:.2f} s")
     return result | scalars
+
+
+def _last_good_state(scene: Scene, scalars: dict[str, Any]) -> str:
+    """What the last accepted state says about a failure."""
+    if not scalars:
+        return ""
+    low = scalars["cell"]["det_F_min"]
+    text = f"; in the last good state, which is saved, det F is {low:.3g} at least"
+    if "saint-venant" in scene.laws():
+        text += " (a Saint-Venant solid softens in compression, in one dimension to a limit at stretch 0.577)"
+    if "yeoh" in scene.laws() and scene.cell.beta_over_mu > YEOH_STABLE:
+        text += " (this Yeoh energy, alpha < 0, is unbounded below)"
+    return text
 
 
 def _refuse_sliding(contact: dict[str, Any]) -> None:
@@ -148,5 +163,6 @@ def describe_case(case: Case, comm: MPI.Comm, plan: MeshPlan) -> Description:
         model=describe_model(setup).lines(),
         cells=setup.number_of_cells,
         dofs=setup.dofs,
-        memory_MB=MEMORY_BASE_MB * comm.size + MEMORY_PER_DOF_MB * setup.dofs,
+        memory_MB=YEOH_STABLE = 0.5  # beta/mu up to which alpha >= 0
+MEMORY_BASE_MB * comm.size + MEMORY_PER_DOF_MB * setup.dofs,
     )

@@ -13,16 +13,16 @@ from cellmech.errors import InputError
 from cellmech.geo_script import GeoScript, Sector
 
 # Element sizes in units of DiscSpec.size_um, and slopes of size over distance, chosen by measurement on Table 1, where
-# every reported maximum must settle. Three places decide. The membrane bends most at the edge of the contact and just
-# beside it, and only short edges along it resolve that; the cytosol above it may be coarse. The strain beside the lamina
-# varies along it. And J2 peaks inside the nucleus, between its centre and the contact.
-_FAR, _CONTACT, _OUTLINE, _CORE = 1.6, 0.18, 0.2, 0.57
+# the reported maxima have to settle. Three places decide. The membrane bends most at the edge of the contact and beside
+# it, and only short edges along it resolve that; the cytosol above may be coarse. The strain beside the lamina varies
+# along it. And J2 peaks inside the nucleus, between its centre and the contact.
+_FAR, _CONTACT, _OUTLINE, _CORE = 1.6, 0.18, 0.2, 0.58
 _GROWTH = 0.6  # away from the nucleus outline and from the core of the nucleus
 _FADE = 0.2  # along the nucleus outline, away from the contact
 _DEEPER, _ALONG = 0.4, 0.12  # away from the contact zone: into the cell, and along the rim
 _ZONE, _SKIN = 0.33, 0.06  # radius and depth of the contact zone in units of the outer radius
 _CORE_AT, _CORE_RADIUS = 0.32, 0.3  # the core: how far towards the contact, in units of the nucleus's radius
-_ELONGATION = 2.6  # of structured elements across the layer: bending varies slowly there
+_ELONGATION = 2.6  # most of a structured element across its layer; there strain is nearly linear
 BOTTOM, SIDE, TOP = (0.0, -1.0), (1.0, 0.0), (0.0, 1.0)
 
 Rule = tuple[str, str, object, bool]  # key, rule, value got, whether it holds

@@ -16,6 +16,7 @@ import ufl
 from dolfinx import fem
 
 from cellmech.contact import Obstacle, Pillar
+from cellmech.errors import MeshError
 from cellmech.forms import PointValues
 from cellmech.kinematics import deformation_gradient, embed, green_lagrange, reported_strains
 from cellmech.materials import Mixture
@@ -194,12 +195,18 @@ class Observer:
         hit = np.linalg.norm(self.nucleus.reference - target, axis=-1) < 1e-6 * self.layout.regions["nucleus"].outer_um
         return self.nucleus.dofs[hit][:1]
 
-    def _position(self, pole: np.ndarray) -> np.ndarray | None:
-        """Deformed position of a pole [µm]; None if the mesh has no node there. Collective."""
+    def _position(self, pole: np.ndarray) -> np.ndarray:
+        """Deformed position of a pole [µm]. Collective.
+
+        Raises:
+            MeshError: the mesh has no node there.
+        """
         u, X = self.run.u.reshape(-1, 2), self.run.body.space.tabulate_dof_coordinates()[:, :2]
         mine = (X[pole[0]] + u[pole[0]]) if len(pole) else None
         found = [p for p in self.comm.allgather(mine) if p is not None]
-        return found[0] if found else None
+        if not found:
+            raise MeshError("the nucleus outline has no node on the cell's axis")
+        return found[0]
 
     def observe(self, t_s: float) -> dict[str, Any]:
         """Evaluate everything after an accepted step (before history moves); nested as in result.json. Collective."""
@@ -216,7 +223,8 @@ class Observer:
         return result
 
     def _of_region(self, name: str, t_s: float) -> dict[str, Any]:
-        row, values = self.table[name], {}
+        row = self.table[name]
+        values: dict[str, Any] = {}
         for k, quantity in enumerate(QUANTITIES):
             unit = "_Pa" if quantity == "sigma_mises" else ""
             largest = float(row[k] + REST[k])

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from cellmech.errors import CellmechError, InputError
-from cellmech.plot_style import LAWS, save, style
-from cellmech.results import StudyResult, read_study
+from cellmech.figures.results import StudyResult, read_study
+from cellmech.figures.style import LAWS, save, style
 from cellmech.study_file import load_study, read_toml
 
 PAPER_NUMBERS = Path(__file__).resolve().parents[1] / "studies" / "paper_numbers.toml"
@@ -57,7 +57,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _fig1(options: argparse.Namespace) -> int:
-    from cellmech.plot_geometry import draw_geometry
+    from cellmech.figures.geometry_figure import draw_geometry
 
     scene = load_study(options.scene).cases[0].scene
     with style():
@@ -66,7 +66,7 @@ def _fig1(options: argparse.Namespace) -> int:
 
 
 def _fig2(options: argparse.Namespace) -> int:
-    from cellmech.plot_curves import draw_curves
+    from cellmech.figures.curves import draw_curves
 
     study, paper = read_study(options.results, LAWS), _paper(options.paper)
     with style():
@@ -75,7 +75,7 @@ def _fig2(options: argparse.Namespace) -> int:
 
 
 def _fig3(options: argparse.Namespace) -> int:
-    from cellmech.plot_shapes import draw_shapes
+    from cellmech.figures.shapes import draw_shapes
 
     study = read_study(options.results, LAWS)
     with style():
@@ -84,7 +84,7 @@ def _fig3(options: argparse.Namespace) -> int:
 
 
 def _table(options: argparse.Namespace) -> int:
-    from cellmech.plot_table import fig2_table
+    from cellmech.figures.table import fig2_table
 
     study = read_study(options.results, LAWS)
     print(fig2_table(study, _paper(options.paper)))

@@ -35,14 +35,14 @@ KG_M3 = 1e-12  # kg/m^3 in Pa s^2/µm^2
 M_S2 = 1e6  # m/s^2 in µm/s^2
 
 INSIDE_OUT: tuple[LayerName, ...] = tuple(reversed(LAYER_NAMES))
-MERGED = {("nucleoplasm", "lamina"): "nucleus", ("cytosol", "membrane"): "cytoplasm"}
+MERGED: dict[tuple[LayerName, ...], str] = {("nucleoplasm", "lamina"): "nucleus", ("cytosol", "membrane"): "cytoplasm"}
 
 
 @dataclass(frozen=True)
 class MeshPlan:
     """Which layers the meshes of a study keep apart: pairs that no case distinguishes are meshed as one."""
 
-    merged: tuple[tuple[LayerName, LayerName], ...] = ()
+    merged: tuple[tuple[LayerName, ...], ...] = ()
 
     def key(self) -> str:
         """For the hash that ties a result to its inputs."""
@@ -66,7 +66,7 @@ def mesh_plan(cases: Sequence[Case]) -> MeshPlan:
         layer = scene.layer_of(name)
         return layer.young_Pa, layer.fluid_fraction, scene.layer_law(name), scene.layer_poisson(name)
 
-    def alike(scene: Scene, pair: tuple[LayerName, LayerName]) -> bool:
+    def alike(scene: Scene, pair: tuple[LayerName, ...]) -> bool:
         return scene.cell.layers == "smeared" or properties(scene, pair[0]) == properties(scene, pair[1])
 
     pairs = (INSIDE_OUT[:2], INSIDE_OUT[2:])
@@ -155,11 +155,10 @@ class Setup:
         )
         self.domain = _domain(self.spec, comm.py2f())
         self.obstacles = obstacles_of(scene)
-        self.body, self.out_of_reach = self._body()
-        area = math.pi * scene.radius_um**2
         density = scene.cell.density_kg_m3 - scene.cell.medium_density_kg_m3
         self.force_density = density * KG_M3 * scene.load.gravity_m_s2 * M_S2 * scene.load.factor
-        self.weight = self.force_density * area
+        self.weight = self.force_density * math.pi * scene.radius_um**2
+        self.body, self.out_of_reach = self._body()
 
     @property
     def number_of_cells(self) -> int:
@@ -181,20 +180,19 @@ class Setup:
         scene, domain = self.scene, self.domain
         space = displacement_space(domain.mesh, scene.mesh.order)
         smeared = scene.cell.layers == "smeared"
-        layers = {name: material(scene, name) for name in LAYER_NAMES}
-        first = {merged: pair[0] for pair, merged in MERGED.items()}
+        layers: dict[str, Material] = {name: material(scene, name) for name in LAYER_NAMES}
+        first: dict[str, str] = {merged: pair[0] for pair, merged in MERGED.items()}
         groups = {name: layers[first.get(name, name)] for name, _ in self.interfaces}
         blend = smeared_weights(scene, domain, self.centre) if smeared else None
         form = scene.contact.form
         width = scene.contact.smoothing_um if form == "surface" else scene.contact.volume_width_um
         contact = Contact(form, scene.contact.penalty_Pa_per_um, width) if self.obstacles else None
-        load = (scene.cell.density_kg_m3 - scene.cell.medium_density_kg_m3) * KG_M3
         body = Body(
             domain=domain,
             mixtures=mixtures(domain, layers if smeared else groups, blend),
             space=space,
             bcs=self._symmetry(space),
-            body_force=(0.0, -load * scene.load.gravity_m_s2 * M_S2 * scene.load.factor),
+            body_force=(0.0, -self.force_density),
             contact=contact,
             density=scene.cell.density_kg_m3 * KG_M3 if scene.cell.inertia else None,
             amplitude=ramp(scene.load.half_ramp_s),
@@ -243,13 +241,11 @@ class Setup:
     def layout(self) -> Layout:
         """What the observables need to know of the geometry."""
         scene, apart = self.scene, {name for name, _ in self.interfaces}
-        regions = {
-            "nucleus": Ring(0.0, scene.nucleus_radius_um),
-            **{name: Ring(scene.inner_radius_um(name), scene.outer_radius_um(name)) for name in INSIDE_OUT},
-            "cell": Ring(0.0, scene.radius_um),
-        }
+        regions: dict[str, Ring] = {"nucleus": Ring(0.0, scene.nucleus_radius_um), "cell": Ring(0.0, scene.radius_um)}
+        regions |= {name: Ring(scene.inner_radius_um(name), scene.outer_radius_um(name)) for name in INSIDE_OUT}
         nucleus = tuple(name for name, radius in self.interfaces if radius <= scene.nucleus_radius_um)
-        groups = {"nucleus": nucleus, "cell": tuple(apart), **{n: (n,) for n in INSIDE_OUT if n in apart}}
+        groups: dict[str, tuple[str, ...]] = {"nucleus": nucleus, "cell": tuple(apart)}
+        groups |= {name: (name,) for name in INSIDE_OUT if name in apart}
         pillars = tuple(o for o in self.obstacles.values() if isinstance(o, Pillar))
         return Layout(self.centre, self.half, regions, groups, pillars, self.lift_um)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import basix
 import numpy as np
@@ -16,9 +17,10 @@ from petsc4py import PETSc
 
 from cellmech.forms import PointValues, compile_form
 from cellmech.kinematics import deformation_gradient
-from cellmech.residual import Body, State, equilibrium
+from cellmech.residual import Body, State, equilibrium, load_work
 
-ROUND_OFF_SLACK = 1e3  # a line search stalled this close to the tolerance has met round-off, not trouble
+ROUND_OFF = 1e-13  # share of the force scale that residuals are never asked to go below
+STALLED = 1e-10  # share of the force scale at which a stalled line search has met round-off, not trouble
 MAX_ITERATIONS = 30
 KEEP_RATE = 0.25  # a factorisation is kept while each iteration brings the residual down at least by this factor
 
@@ -75,7 +77,7 @@ class _BorderedLU:
 
     def __init__(self, modes: RigidModes, prefix: str) -> None:
         self.modes, self.prefix, self.stiffness = modes, prefix, 0.0
-        self.inner: PETSc.PC | None = None
+        self.inner: Any = None
 
     def setUp(self, pc: PETSc.PC) -> None:
         """Factorise and solve for the border."""
@@ -122,14 +124,14 @@ class Solver:
     Args:
         body: the problem.
         state: its displacements; `state.u` is the first guess and receives the solution.
-        force_scale: a force per depth of the problem, such as the weight [Pa µm]; the residual's 2-norm is brought
-            below `tolerance` of it.
-        tolerance: see force_scale [-].
+        force_scale: a force per depth of the problem, such as the weight [Pa µm].
+        tolerance: the residual's 2-norm is brought below this share of the load's 2-norm at the time [-], or below
+            `ROUND_OFF` of the force scale, whichever is larger; without a dead load, below this share of the scale.
         modes: rigid motions to take out.
     """
 
     def __init__(
-        self, body: Body, state: State, force_scale: float, tolerance: float = 1e-10, modes: RigidModes | None = None
+        self, body: Body, state: State, force_scale: float, tolerance: float = 1e-9, modes: RigidModes | None = None
     ) -> None:
         self.body, self.state, self.modes = body, state, modes
         self.comm: MPI.Comm = body.domain.mesh.comm
@@ -140,7 +142,10 @@ class Solver:
         self._x = self._b.duplicate()
         self._watch = DetFWatch(body, state)
         self.factorisations, self._keep, self._stale, self._norm = 0, False, False, np.inf
-        self.atol = tolerance * force_scale
+        self._tolerance, self._force_scale = tolerance, force_scale
+        load = petsc.assemble_vector(compile_form(load_work(body, ufl.TestFunction(body.space)), self.comm))
+        load.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
+        self._load_norm = load.norm()
         self._snes = self._create_snes()
 
     def _create_snes(self) -> PETSc.SNES:
@@ -153,7 +158,6 @@ class Solver:
         snes.setOptionsPrefix(prefix)
         snes.setFunction(self._residual, self._b)
         snes.setJacobian(self._tangent, self._A)
-        snes.setTolerances(rtol=0.0, atol=self.atol, stol=0.0, max_it=MAX_ITERATIONS)
         ksp = snes.getKSP()
         ksp.setType("preonly")
         pc = ksp.getPC()
@@ -219,6 +223,9 @@ class Solver:
         """
         self.amplitude.value = amplitude
         before, iterations = self.factorisations, 0
+        load = abs(amplitude) * self._load_norm if self._load_norm else self._force_scale
+        atol = max(self._tolerance * load, ROUND_OFF * self._force_scale)
+        self._snes.setTolerances(rtol=0.0, atol=atol, stol=0.0, max_it=MAX_ITERATIONS)
         guess = self.state.u.x.array[: self._x.getLocalSize()].copy()
         while True:
             self._x.array[:] = guess
@@ -227,7 +234,7 @@ class Solver:
             self._snes.solve(None, self._x)
             iterations += self._snes.getIterationNumber()
             reason, residual = self._snes.getConvergedReason(), float(self._snes.getFunctionNorm())
-            converged = reason > 0 or (np.isfinite(residual) and residual <= ROUND_OFF_SLACK * self.atol)
+            converged = reason > 0 or (np.isfinite(residual) and residual <= STALLED * self._force_scale)
             if converged or not self._stale:
                 break
             self.rebuild()  # the old tangent may be to blame
@@ -275,7 +282,7 @@ class DetFWatch:
         """Whether det F > 0 at every point on every rank (collective); remembers the worst point if not."""
         values = self._values(self._cells).reshape(-1, 3)
         k = int(np.argmin(np.nan_to_num(values[:, 0], nan=-np.inf))) if len(values) else -1
-        mine = tuple(float(v) for v in values[k]) if k >= 0 else (np.inf, 0.0, 0.0)
+        mine = (float(values[k, 0]), float(values[k, 1]), float(values[k, 2])) if k >= 0 else (np.inf, 0.0, 0.0)
         if self._comm.size > 1:
             mine = min(self._comm.allgather(mine))
         if mine[0] > 0:

@@ -14,18 +14,18 @@ from matplotlib.colors import rgb_to_hsv, to_hex, to_rgb
 from matplotlib.figure import Figure
 from plot_files import CENTRE, LAWS, peaks, sag, write_case, write_study
 
-from cellmech import render
 from cellmech.errors import CellmechError, InputError
-from cellmech.plot_curves import draw_curves
-from cellmech.plot_geometry import draw_geometry
-from cellmech.plot_shapes import draw_shapes, magnification, read_pose
-from cellmech.plot_style import LAWS as LOOKS
-from cellmech.plot_style import LAYER_COLOURS, SUBSTRATE, printed, save, spread, style
-from cellmech.plot_table import fig2_table
+from cellmech.figures import render as render
+from cellmech.figures.curves import draw_curves
+from cellmech.figures.geometry_figure import draw_geometry
+from cellmech.figures.results import read_case, read_study
+from cellmech.figures.shapes import draw_shapes, magnification, read_pose
+from cellmech.figures.style import LAWS as LOOKS
+from cellmech.figures.style import LAYER_COLOURS, SUBSTRATE, printed, save, spread, style
+from cellmech.figures.substrate import band, outline_of, polygons, surface_at
+from cellmech.figures.table import fig2_table
 from cellmech.plots import PAPER_NUMBERS
-from cellmech.results import read_case, read_study
 from cellmech.scene import Scene
-from cellmech.substrate import band, outline_of, polygons, surface_at
 
 PAPER = tomllib.loads(PAPER_NUMBERS.read_text(encoding="utf-8"))["fig2"]
 BARE = {"pillar": [], "flat": False, "load": {"factor": 0.0}}

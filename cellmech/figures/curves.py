@@ -8,9 +8,9 @@ from typing import Any
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from cellmech.plot_panel import PAPER_MARKER, STEP_MARKER, Panel
-from cellmech.plot_style import FAULT_COLOUR, LAWS, PAPER, QUANTITIES, SMALL, TINY, Quantity, provenance
-from cellmech.results import StudyResult
+from cellmech.figures.panel import PAPER_MARKER, STEP_MARKER, Panel
+from cellmech.figures.results import StudyResult
+from cellmech.figures.style import FAULT_COLOUR, LAWS, PAPER, QUANTITIES, SMALL, TINY, Quantity, provenance
 
 LEFT = 0.075
 

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
-from cellmech.plot_style import LAWS, SMALL, TINY, Quantity, printed, spread
+from cellmech.figures.style import LAWS, SMALL, TINY, Quantity, printed, spread
 
 BREAK = 1.6  # the paper's maxima get a strip of their own when they are this many times ours
 LINE_HEIGHT = 0.068  # of the paper's labels, in heights of a whole panel

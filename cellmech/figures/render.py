@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from cellmech.errors import CellmechError, InputError
-from cellmech.plot_style import LAYER_COLOURS, SUBSTRATE
+from cellmech.figures.style import LAYER_COLOURS, SUBSTRATE
 
 SUBDIVISIONS = 4  # of an element's edge, so that curved edges look curved
 OVERSAMPLING = 2

@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from cellmech.plot_style import LAWS, PAPER, QUANTITIES, Quantity, printed, provenance
-from cellmech.results import CaseResult, StudyResult
+from cellmech.figures.results import CaseResult, StudyResult
+from cellmech.figures.style import LAWS, PAPER, QUANTITIES, Quantity, printed, provenance
 
 NAMES = {"sigma_mises": "σ_Mises [Pa]"}
 RATIOS = ["here / paper", "same, of q − q0"]

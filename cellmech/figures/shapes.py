@@ -11,11 +11,11 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from cellmech.figures.render import Shape, View, picture, probe, read_shape
+from cellmech.figures.results import CaseResult, StudyResult
+from cellmech.figures.style import FAULT_COLOUR, LAWS, LAYER_COLOURS, SMALL, SUBSTRATE, TINY, provenance
+from cellmech.figures.substrate import band, polygons, surface_at
 from cellmech.placement import placement
-from cellmech.plot_style import FAULT_COLOUR, LAWS, LAYER_COLOURS, SMALL, SUBSTRATE, TINY, provenance
-from cellmech.render import Shape, View, picture, probe, read_shape
-from cellmech.results import CaseResult, StudyResult
-from cellmech.substrate import band, polygons, surface_at
 
 SEEN = 0.1  # a displacement above this share of the diameter needs no magnification
 AIM = 0.2  # a magnified one should not exceed this share

@@ -12,8 +12,8 @@ import matplotlib
 from matplotlib.figure import Figure
 
 from cellmech.errors import InputError
+from cellmech.figures.results import CaseResult, StudyResult
 from cellmech.records import PARTIAL
-from cellmech.results import CaseResult, StudyResult
 
 DPI = 200
 PAPER = "Allena & Aubry 2022"
