@@ -163,6 +163,5 @@ def describe_case(case: Case, comm: MPI.Comm, plan: MeshPlan) -> Description:
         model=describe_model(setup).lines(),
         cells=setup.number_of_cells,
         dofs=setup.dofs,
-        memory_MB=YEOH_STABLE = 0.5  # beta/mu up to which alpha >= 0
-MEMORY_BASE_MB * comm.size + MEMORY_PER_DOF_MB * setup.dofs,
+        memory_MB=MEMORY_BASE_MB * comm.size + MEMORY_PER_DOF_MB * setup.dofs,
     )

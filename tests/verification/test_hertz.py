@@ -90,6 +90,7 @@ def test_hertz_pressure_is_a_half_ellipse(settled):
     run, load, kappa, s = settled
     a, p0 = hertz(load)
     x = along(run.outline.nodes(run.state.u), np.linspace(0.0, 1.0, 9)).reshape(-1, 2)
+    x = x[x[:, 1] < RADIUS]
     inside, outside = x[x[:, 0] < 0.9 * a], x[x[:, 0] > 1.1 * a]
     assert len(inside) > 80
     ellipse = p0 * np.sqrt(1 - (inside[:, 0] / a) ** 2)
