@@ -34,6 +34,7 @@ from cellmech.study_file import Case
 KG_M3 = 1e-12  # kg/m^3 in Pa s^2/µm^2
 M_S2 = 1e6  # m/s^2 in µm/s^2
 
+ZONE_OVER_HERTZ = 1.32  # on Table 1 the contact edge lies at 0.9 of Hertz's half-width, the membrane's peaks beyond it
 INSIDE_OUT: tuple[LayerName, ...] = tuple(reversed(LAYER_NAMES))
 MERGED: dict[tuple[LayerName, ...], str] = {("nucleoplasm", "lamina"): "nucleus", ("cytosol", "membrane"): "cytoplasm"}
 
@@ -142,6 +143,9 @@ class Setup:
         self.lift_um = scene.cell.gap_um if self.place.touch and not scene.cell.inertia else 0.0
         self.centre = (self.place.centre_x_um, self.place.centre_y_um - self.lift_um)
         self.interfaces = plan.interfaces(scene)
+        density = scene.cell.density_kg_m3 - scene.cell.medium_density_kg_m3
+        self.force_density = density * KG_M3 * scene.load.gravity_m_s2 * M_S2 * scene.load.factor
+        self.weight = self.force_density * math.pi * scene.radius_um**2
         self.spec = DiscSpec(
             shape=scene.cell.shape,
             centre=self.centre,
@@ -152,13 +156,19 @@ class Setup:
             order=scene.mesh.order,
             thin_layers=scene.mesh.thin_layers,
             touch=tuple((t.x_um, t.y_um) for t in self.place.touch),
+            contact_zone_um=self._contact_zone_um(),
         )
         self.domain = _domain(self.spec, comm.py2f())
         self.obstacles = obstacles_of(scene)
-        density = scene.cell.density_kg_m3 - scene.cell.medium_density_kg_m3
-        self.force_density = density * KG_M3 * scene.load.gravity_m_s2 * M_S2 * scene.load.factor
-        self.weight = self.force_density * math.pi * scene.radius_um**2
         self.body, self.out_of_reach = self._body()
+
+    def _contact_zone_um(self) -> float:
+        """Radius of the finely meshed zone [µm]: somewhat more than Hertz's half-width on the cytosol's solid."""
+        cytosol, radius = self.scene.layer.cytosol, self.scene.radius_um
+        solid = max(1.0 - cytosol.fluid_fraction, 1e-3) * cytosol.young_Pa
+        modulus = solid / (1.0 - self.scene.layer_poisson("cytosol") ** 2)
+        half_width = 2.0 * math.sqrt(abs(self.weight) * radius / (math.pi * modulus))
+        return radius * min(max(ZONE_OVER_HERTZ * half_width / radius, 0.1), 1.0)
 
     @property
     def number_of_cells(self) -> int:

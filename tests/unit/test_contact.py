@@ -8,6 +8,7 @@ import ufl
 from dolfinx import fem
 from dolfinx.fem import petsc
 from problems import affine, block, displacement_space, solid
+from scipy.integrate import quad
 
 from cellmech.contact import Contact, Flat, Pillar, depth_and_normal, pressure, smooth_step
 from cellmech.forms import compile_form
@@ -127,6 +128,16 @@ def test_smooth_step_rises_from_0_to_1_with_two_continuous_derivatives():
     np.testing.assert_allclose(derivatives(0.0), [0.5, 15 / 16 / WIDTH, 0], atol=1e-12)
     s = 0.75  # half-way up the upper half
     assert derivatives(WIDTH / 2)[0] == pytest.approx(s**3 * (10 - 15 * s + 6 * s**2), rel=1e-14)
+
+
+@pytest.mark.parametrize("d", [-0.03, -0.01, 0.004, 0.013, 0.05])
+def test_pressure_as_a_number_is_what_the_forms_integrate(d):
+    """The penalty law itself; for the volume forms int kappa H_w dd from no contact on."""
+    assert Contact("surface", KAPPA, WIDTH).pressure_at(d) == pytest.approx(
+        number(pressure(ufl.as_ufl(d), KAPPA, WIDTH)), rel=1e-14, abs=1e-16
+    )
+    summed, _ = quad(lambda x: KAPPA * number(smooth_step(ufl.as_ufl(x), WIDTH)), -2 * WIDTH, d, epsabs=1e-12)
+    assert Contact("volume", KAPPA, WIDTH).pressure_at(d) == pytest.approx(summed, rel=1e-9, abs=1e-12)
 
 
 def test_threshold_is_touch_for_a_pressure_and_the_width_for_a_body_force():
