@@ -271,18 +271,20 @@ class DetFWatch:
     def __init__(self, body: Body, state: State) -> None:
         mesh = body.domain.mesh
         points = np.vstack([quadrature(body.bulk_degree)[0], node_points(body.space)])
-        F = deformation_gradient(state.u)
-        x = ufl.SpatialCoordinate(mesh)
-        self._values = PointValues(ufl.as_vector([ufl.det(F), x[0], x[1]]), points, mesh.comm)
+        self._values = PointValues(ufl.det(deformation_gradient(state.u)), points, mesh.comm)
         self._cells = np.arange(mesh.topology.index_map(2).size_local, dtype=np.int32)
+        self._place = PointValues(ufl.SpatialCoordinate(mesh), points, mesh.comm)(self._cells).reshape(-1, 2)
         self._comm = mesh.comm
         self.worst: tuple[float, float, float] | None = None
 
     def admissible(self) -> bool:
         """Whether det F > 0 at every point on every rank (collective); remembers the worst point if not."""
-        values = self._values(self._cells).reshape(-1, 3)
-        k = int(np.argmin(np.nan_to_num(values[:, 0], nan=-np.inf))) if len(values) else -1
-        mine = (float(values[k, 0]), float(values[k, 1]), float(values[k, 2])) if k >= 0 else (np.inf, 0.0, 0.0)
+        values = self._values(self._cells).ravel()
+        k = int(np.argmin(values)) if len(values) else -1  # a NaN counts as the least
+        mine = (np.inf, 0.0, 0.0)
+        if k >= 0:
+            value = float(values[k]) if np.isfinite(values[k]) else -np.inf
+            mine = (value, float(self._place[k, 0]), float(self._place[k, 1]))
         if self._comm.size > 1:
             mine = min(self._comm.allgather(mine))
         if mine[0] > 0:
