@@ -16,7 +16,7 @@ from petsc4py import PETSc
 
 from cellmech import __version__
 from cellmech.errors import SolveError
-from cellmech.model import describe_model
+from cellmech.model import YEOH_STABLE, describe_model
 from cellmech.observables import Observer
 from cellmech.records import CaseFolder, flatten
 from cellmech.run import Run, Step
@@ -29,7 +29,6 @@ from cellmech.vtu import write_fields
 __all__ = ["Description", "MeshPlan", "Progress", "describe_case", "mesh_plan", "solve_case"]
 
 SLIDING = 1e-3  # share of the weight that may push sideways: round-off of an unsymmetric mesh, not a slope
-YEOH_STABLE = 0.5  # beta/mu up to which alpha >= 0
 MEMORY_BASE_MB, MEMORY_PER_DOF_MB = 260.0, 0.012
 
 

@@ -6,8 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from cellmech.run import Run
-from cellmech.scene import LAYER_NAMES
+from cellmech.scene import LAYER_NAMES, Scene
 from cellmech.setup import MERGED, Setup, material
+
+YEOH_STABLE = 0.5  # beta/mu up to which alpha >= 0
 
 
 @dataclass(frozen=True)
@@ -16,16 +18,19 @@ class Model:
 
     modelled: Mapping[str, str]
     left_out: Mapping[str, str]
+    warnings: Mapping[str, str]
 
     def lines(self) -> list[str]:
         """For people."""
         return [f"modelled: {k}: {v}" for k, v in self.modelled.items()] + [
-            f"left out: {k}: {v}" for k, v in self.left_out.items()
+            f"{kind}: {k}: {v}"
+            for kind, part in (("left out", self.left_out), ("warning", self.warnings))
+            for k, v in part.items()
         ]
 
     def as_dict(self) -> dict[str, dict[str, str]]:
         """For result.json."""
-        return {"modelled": dict(self.modelled), "left_out": dict(self.left_out)}
+        return {"modelled": dict(self.modelled), "left_out": dict(self.left_out), "warnings": dict(self.warnings)}
 
 
 def describe_model(setup: Setup, run: Run | None = None) -> Model:
@@ -36,11 +41,6 @@ def describe_model(setup: Setup, run: Run | None = None) -> Model:
     for law in scene.laws():
         names = [n for n in LAYER_NAMES if scene.layer_law(n) == law]
         modelled[law] = f"solid phase of {', '.join(names)}"
-    if "yeoh" in scene.laws() and cell.beta_over_mu > 0.5:
-        modelled["yeoh"] += (
-            f"; alpha < 0 at beta/mu = {cell.beta_over_mu:g}: energy unbounded below, ellipticity lost at J1 above "
-            "about 5.1 and below about 1.54 (bounds of beta/mu = 2.5, nu = 0.45)"
-        )
     wet = [n for n in LAYER_NAMES if material(scene, n).rate_dependent]
     if wet:
         modelled["fluid phase"] = f"viscous stress of {', '.join(wet)}; BDF2 in time"
@@ -64,7 +64,16 @@ def describe_model(setup: Setup, run: Run | None = None) -> Model:
     else:
         left["inertia"] = "not asked for; rho a is about 1e-16 of the elastic forces at these rates"
     _describe_rest(setup, modelled, left)
-    return Model(modelled, left)
+    return Model(modelled, left, _warnings(scene))
+
+
+def _warnings(scene: Scene) -> dict[str, str]:
+    if "yeoh" not in scene.laws() or scene.cell.beta_over_mu <= YEOH_STABLE:
+        return {}
+    return {
+        "yeoh": f"alpha < 0 at beta/mu = {scene.cell.beta_over_mu:g}: the energy is unbounded below; at beta/mu = 2.5 and "
+        "nu = 0.45 ellipticity is lost at J1 above about 5.1 and, in compression, below about 1.54"
+    }
 
 
 def _describe_rest(setup: Setup, modelled: dict[str, str], left: dict[str, str]) -> None:
