@@ -71,8 +71,8 @@ def _warnings(scene: Scene) -> dict[str, str]:
     if "yeoh" not in scene.laws() or scene.cell.beta_over_mu <= YEOH_STABLE:
         return {}
     return {
-        "yeoh": f"alpha < 0 at beta/mu = {scene.cell.beta_over_mu:g}: the energy is unbounded below; at beta/mu = 2.5 and "
-        "nu = 0.45 ellipticity is lost at J1 above about 5.1 and, in compression, below about 1.54"
+        "yeoh": f"alpha < 0 at beta/mu = {scene.cell.beta_over_mu:g}: the energy is unbounded below; at beta/mu = 2.5 "
+        "and nu = 0.45 ellipticity is lost at J1 above about 5.1 and, in compression, below about 1.54"
     }
 
 

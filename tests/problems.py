@@ -8,7 +8,7 @@ from dolfinx import fem
 from dolfinx import mesh as dmesh
 from mpi4py import MPI
 
-from cellmech import bdf
+from cellmech import bdf, fenicsx
 from cellmech.domain import Domain, build_domain, from_gmsh
 from cellmech.energies import LAWS, lame
 from cellmech.forms import PointValues
@@ -42,7 +42,7 @@ def _tags(mesh: Any, dim: int, groups: Mapping[str, Where]) -> Any:
 
 
 def block(width: float = 1.0, height: float = 1.0, nx: int = 1, ny: int = 1, bottom: str = "bottom") -> Domain:
-    """A rectangle [0, width] x [0, height] with its sides as groups."""
+    """A rectangle [0, width] x [0, height] with its sides as groups; contact acts on one named "outer"."""
     corners = [np.zeros(2), np.array([width, height])]
     mesh = dmesh.create_rectangle(MPI.COMM_SELF, corners, [nx, ny], dmesh.CellType.triangle)
     sides = {
@@ -61,32 +61,32 @@ def curved_ring(size: float, inner: float = 1.0, layers: Sequence[tuple[str, flo
 
 
 def layered_disc(**spec: Any) -> Domain:
-    """Table 1's half disc with its thin lamina, or another, in curved triangles."""
+    """The half disc of Table 1 with its thin lamina in curved triangles, or another."""
     return build_domain(DiscSpec(**spec), MPI.COMM_SELF)
 
 
 # Spaces and boundary data
 
 
-def displacement_space(domain: Domain, degree: int = 2) -> fem.FunctionSpace:
+def displacement_space(domain: Domain, degree: int = 2) -> Any:
     """Continuous vector Lagrange functions."""
-    return fem.VectorFunctionSpace(domain.mesh, ("Lagrange", degree))
+    return fenicsx.displacement_space(domain.mesh, degree)
 
 
-def hold(space: fem.FunctionSpace, domain: Domain, group: str, component: int, value: float = 0.0) -> Any:
+def hold(space: Any, domain: Domain, group: str, component: int, value: float = 0.0) -> Any:
     """One displacement component given on a facet group."""
     facets = domain.facet_tags.find(domain.facets[group])
     dofs = fem.locate_dofs_topological(space.sub(component), 1, facets)
     return fem.dirichletbc(np.float64(value), dofs, space.sub(component))
 
 
-def prescribe(space: fem.FunctionSpace, domain: Domain, groups: Sequence[str], values: fem.Function) -> Any:
+def prescribe(space: Any, domain: Domain, groups: Sequence[str], values: fem.Function) -> Any:
     """Both displacement components given on facet groups."""
     facets = np.concatenate([domain.facet_tags.find(domain.facets[group]) for group in groups])
     return fem.dirichletbc(values, fem.locate_dofs_topological(space, 1, facets))
 
 
-def affine(space: fem.FunctionSpace, H: Any, offset: Sequence[float] = (0.0, 0.0)) -> np.ndarray:
+def affine(space: Any, H: Any, offset: Sequence[float] = (0.0, 0.0)) -> np.ndarray:
     """Nodal values of u = H X + offset, flat."""
     X = space.tabulate_dof_coordinates()[:, :2]
     return (X @ np.asarray(H, dtype=float).T + np.asarray(offset)).ravel()
