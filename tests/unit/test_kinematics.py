@@ -10,7 +10,7 @@ from problems import affine, block, displacement_space, value_at
 from cellmech import kinematics
 from cellmech.kinematics import Invariants, embed, excess, green_lagrange, plane, reported_strains
 
-SERIES_AND_PLAIN = [1e-12, 1e-5, 3e-3, 0.0099999, 0.0100001, 0.3, 4.0]
+SERIES_AND_PLAIN = [1e-12, 1e-5, 3e-3, 0.0099999, 0.0100001, 0.05, 0.3, 4.0]
 
 
 def number(expression) -> float:
@@ -27,11 +27,11 @@ def exact_excess(t, a):
 @pytest.mark.parametrize("a", [0.0, 1 / 3, 2 / 3])
 @pytest.mark.parametrize("size", SERIES_AND_PLAIN)
 @pytest.mark.parametrize("sign", [1, -1])
-def test_excess_keeps_thirteen_digits_on_both_sides_of_the_switch(a, size, sign):
+def test_excess_keeps_eleven_digits_on_both_sides_of_the_switch(a, size, sign):
     t = sign * min(size, 0.9) if sign < 0 else size
     with mpmath.workdps(60):
         exact = float(exact_excess(t, a))
-    assert number(excess(ufl.as_ufl(t), a)) == pytest.approx(exact, rel=2e-13)
+    assert number(excess(ufl.as_ufl(t), a)) == pytest.approx(exact, rel=1e-11, abs=0.0)
 
 
 @pytest.mark.parametrize("a", [0.0, 1 / 3, 2 / 3])
@@ -41,7 +41,7 @@ def test_excess_has_the_derivative_of_the_function_it_stands_for(a, t):
     variable = ufl.variable(ufl.as_ufl(t))
     with mpmath.workdps(60):
         exact = float(1 - (1 + mpmath.mpf(t)) ** (mpmath.mpf(a) - 1))
-    assert number(ufl.diff(excess(variable, a), variable)) == pytest.approx(exact, rel=1e-12)
+    assert number(ufl.diff(excess(variable, a), variable)) == pytest.approx(exact, rel=1e-12, abs=0.0)
 
 
 def test_invariants_are_those_of_the_three_dimensional_c():
