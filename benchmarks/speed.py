@@ -4,7 +4,7 @@ Both are run as fresh processes, alternately; medians of the wall times each rep
 not the start of Python) and their ratio are printed, with every scalar's error against a fine reference solution.
 Errors of J1, J2, J3 are taken on q - q0.
 
-    python benchmarks/speed.py [--repeat 3] [--out results/benchmark]
+    python benchmarks/speed.py [--repeat 1] [--out results/benchmark]
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from typing import Any
 HERE = Path(__file__).parent
 REST = {"J1": 2.0, "J2": 2.0, "J3": 1.0}
 SCALARS = [f"{q}_{kind}" for kind in ("max", "mean") for q in ("sigma_mises", "J1", "J2", "J3")]
-REFERENCE = ["mesh.size_um=0.15", "time.rtol=1e-5"]
+REFERENCE = ["mesh.size_um=0.2", "time.rtol=1e-2"]  # the end state is static: the mesh decides
 
 
 def ours(out: Path, *settings: str) -> dict[str, Any]:
@@ -65,8 +65,13 @@ def errors(numbers: dict[str, Any], reference: dict[str, Any]) -> dict[str, floa
 def main() -> None:
     """Run, compare, print, and write speed.csv."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--repeat", type=int, default=3)
-    parser.add_argument("--plain-size", type=float, default=0.72, help="element size of the plain script [um]")
+    parser.add_argument("--repeat", type=int, default=1)
+    parser.add_argument(
+        "--plain-size",
+        type=float,
+        default=0.47,
+        help="element size of the plain script [um]; 0.47 gives the default scene's number of cells",
+    )
     parser.add_argument("--out", type=Path, default=Path("results/benchmark"))
     arguments = parser.parse_args()
     arguments.out.mkdir(parents=True, exist_ok=True)
@@ -93,7 +98,7 @@ def main() -> None:
                 f"{key} {value:.4g}" if isinstance(value, float) else f"{key} {value}" for key, value in row.items()
             )
         )
-    print(f"reference: {reference['mesh_cells']} cells, rtol 1e-5, {reference['wall_s']:.1f} s")
+    print(f"reference: {reference['mesh_cells']} cells, {reference['wall_s']:.1f} s")
     print(f"plain / cellmech wall time: {wall[1] / wall[0]:.1f}")
 
 

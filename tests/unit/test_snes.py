@@ -170,6 +170,4 @@ def test_force_on_a_rigid_mode_is_taken_by_its_constraint_and_reported(discs):
     x.setArray(np.tile([1.0, 0.0], len(settled.u) // 2))
     held = sum(reaction * vector.dot(x) for reaction, vector in zip(modes.reactions, modes.vectors, strict=True))
     assert held == pytest.approx(-push * np.pi * RADIUS**2, rel=5e-3)  # the mesh's area is not quite the disc's
-    x.setArray(state.u.x.array)
-    assert max(abs(vector.dot(x)) for vector in modes.vectors) < 1e-10
-    assert 1e-3 < np.abs(state.u.x.array - settled.u).max() < 0.1
+    np.testing.assert_allclose(state.u.x.array, settled.u, rtol=0, atol=1e-9)  # a uniform push against a uniform hold
