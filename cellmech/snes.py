@@ -142,6 +142,7 @@ class Solver:
         self._x = self._b.duplicate()
         self._watch = DetFWatch(body, state)
         self.factorisations, self._keep, self._stale, self._norm = 0, False, False, np.inf
+        self._thrifty = True
         self._tolerance, self._force_scale = tolerance, force_scale
         load = petsc.assemble_vector(compile_form(load_work(body, ufl.TestFunction(body.space)), self.comm))
         load.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
@@ -188,7 +189,7 @@ class Solver:
     def _tangent(self, snes: PETSc.SNES, x: PETSc.Vec, A: PETSc.Mat, P: PETSc.Mat) -> None:
         """Assemble the tangent, or leave the last one, and with it its factorisation, while it still serves."""
         norm = snes.getFunctionNorm()
-        serves = snes.getIterationNumber() == 0 or norm < KEEP_RATE * self._norm
+        serves = self._thrifty and (snes.getIterationNumber() == 0 or norm < KEEP_RATE * self._norm)
         self._norm = norm
         if serves and self._keep:
             self._stale = True
@@ -227,7 +228,7 @@ class Solver:
         atol = max(self._tolerance * load, ROUND_OFF * self._force_scale)
         self._snes.setTolerances(rtol=0.0, atol=atol, stol=0.0, max_it=MAX_ITERATIONS)
         guess = self.state.u.x.array[: self._x.getLocalSize()].copy()
-        while True:
+        for self._thrifty in (True, False):  # where kept tangents fail, again with a new one at every iteration
             self._x.array[:] = guess
             petsc.set_bc(self._x, list(self.body.bcs))
             self._watch.worst, self._stale = None, False
@@ -237,7 +238,6 @@ class Solver:
             converged = reason > 0 or (np.isfinite(residual) and residual <= STALLED * self._force_scale)
             if converged or not self._stale:
                 break
-            self.rebuild()  # the old tangent may be to blame
         if not converged:
             self.rebuild()
         self._set_displacement(self._x)

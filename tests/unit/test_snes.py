@@ -8,6 +8,7 @@ from dolfinx import fem
 from dolfinx.fem import petsc
 from problems import block, displacement_space, hold, layered_disc, solid
 
+from cellmech import snes
 from cellmech.contact import Contact, Flat
 from cellmech.forms import compile_form
 from cellmech.materials import mixtures
@@ -70,6 +71,26 @@ def test_failed_solve_says_that_the_load_has_no_equilibrium():
     outcome = Solver(body, state, 8.0).solve(1.0)
     assert not outcome.converged
     assert outcome.reason.startswith(("no equilibrium", "material turns inside out"))
+
+
+@pytest.mark.parametrize("allowed", [2, 3, 4, 5, 6, 7])
+def test_solve_that_runs_out_of_iterations_ends(allowed, monkeypatch):
+    """Whether the last tangent was a kept one or not, there is one more try at most, with a new one each time."""
+    factorised = []
+    body, state = pulled_block(2 * PULL)
+    solver = Solver(body, state, PULL, tolerance=1e-13)
+    plain = Solver.rebuild
+
+    def rebuild(self):
+        factorised.append(self.factorisations)
+        assert len(factorised) <= 2, "goes round in circles"
+        plain(self)
+
+    monkeypatch.setattr(Solver, "rebuild", rebuild)
+    monkeypatch.setattr(snes, "MAX_ITERATIONS", allowed)
+    outcome = solver.solve(1.0)
+    assert outcome.iterations <= 2 * allowed
+    assert outcome.converged or "Newton iterations" in outcome.reason
 
 
 def test_body_that_nothing_holds_is_refused():
