@@ -117,6 +117,7 @@ class Region:
     samples: Samples
     peak: np.ndarray
     bulk: np.ndarray
+    scale: float = 1.0  # true area over the area that the points stand for
 
     def local(self) -> np.ndarray:
         """This rank's [4 maxima, 4 × 2 places, det F min, area, 4 integrals], maxima less their rest value."""
@@ -125,7 +126,7 @@ class Region:
             return np.concatenate([np.full(4, -np.inf), np.zeros(8), [np.inf], np.zeros(5)])
         position = self.samples.position.reshape(-1, 2)
         at = self.peak[np.argmax(values[self.peak, :4], axis=0)]
-        area = self.samples.area.reshape(-1)[self.bulk]
+        area = self.scale * self.samples.area.reshape(-1)[self.bulk]
         return np.concatenate(
             [
                 values[at, np.arange(4)],
@@ -186,7 +187,9 @@ class Observer:
         r = np.linalg.norm(self._fine.position - np.array(self.layout.centre), axis=-1).ravel()
         slack = 1e-6 * ring.outer_um
         index = np.flatnonzero((r >= ring.inner_um - slack) & (r <= ring.outer_um + slack))
-        return Region(self._fine, index, index)
+        covered = self.comm.allreduce(float(self._fine.area.reshape(-1)[index].sum()))
+        true = np.pi * (ring.outer_um**2 - ring.inner_um**2) / self.layout.copies
+        return Region(self._fine, index, index, true / covered)
 
     def _pole(self, sign: float) -> np.ndarray:
         """The owned dof of the nucleus outline's bottom (-1) or top (1) point on the axis, empty on other ranks."""
