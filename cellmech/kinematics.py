@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import ufl
 
-SERIES_LIMIT = 0.01  # |t| below which `excess` uses its series; above it the plain form keeps 13 digits
+SERIES_LIMIT = 0.01  # |t| below which `excess` uses its series; above it the plain form keeps 11 digits (stresses 13)
 SERIES_TERMS = 8  # t**2 … t**9: the first term left out is below 1e-16 of the first kept one
 
 
