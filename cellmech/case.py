@@ -14,12 +14,12 @@ import numpy as np
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from cellmech import __version__
+from cellmech import __version__, checkpoint
 from cellmech.errors import SolveError
 from cellmech.model import YEOH_STABLE, describe_model
 from cellmech.observables import Observer
 from cellmech.records import CaseFolder, flatten
-from cellmech.run import Run, Step
+from cellmech.run import Memory, Run, Step
 from cellmech.scene import Scene
 from cellmech.scene_file import scene_to_toml
 from cellmech.setup import MeshPlan, Setup, mesh_plan
@@ -61,6 +61,7 @@ def solve_case(
     A physical failure is a result too: status "failed", its reason, and the last good state.
     """
     started, scene = time.perf_counter(), case.scene
+    earlier_s = 0.0
     folder.write_text("scene.toml", scene_to_toml(scene))
     setup = Setup(scene, comm, plan)
     run: Run | None = None
@@ -73,6 +74,12 @@ def solve_case(
         for line in describe_model(setup, run).lines():
             folder.log(line)
         observer = Observer(run, setup.layout())
+        if (found := checkpoint.load(folder, setup.body.space)) is not None:
+            memory, mine = found
+            run.recall(memory)
+            observer.peaks, series, earlier_s = mine["peaks"], mine["series"], mine["wall_s"]
+            scalars, settled = observer.observe(run.t), run.rate()
+            folder.log(f"goes on from the checkpoint at t = {run.t:.6g} s, step {run.totals.steps}")
 
         def on_step(step: Step) -> None:
             nonlocal settled
@@ -87,15 +94,24 @@ def solve_case(
             if run.modes is not None:
                 _refuse_sliding(scalars["contact"])
 
-        run.run(on_step)
+        def on_checkpoint(memory: Memory) -> None:
+            wall_s = earlier_s + time.perf_counter() - started
+            mine = {"peaks": observer.peaks, "series": series, "wall_s": wall_s}
+            checkpoint.save(folder, setup.body.space, memory, mine)
+
+        run.run(on_step, on_checkpoint)
     except SolveError as error:
         status, reason = "failed", str(error) + _last_good_state(scene, scalars)
         folder.log(f"failed: {reason}")
     if scalars and run is not None:
         write_fields(folder, observer, run.t, series)
-    folder.flush(force=True)
     result = _provenance(case, setup, run, comm)
-    result |= {"status": status, "reason": reason, "settled": settled, "wall_s": time.perf_counter() - started}
+    result |= {
+        "status": status,
+        "reason": reason,
+        "settled": settled,
+        "wall_s": earlier_s + time.perf_counter() - started,
+    }
     folder.log(f"{status} in {result['wall_s']:.2f} s")
     return result | scalars
 

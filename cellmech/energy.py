@@ -95,3 +95,18 @@ class Ledger:
         self.dissipated += float(works[1])
         self.contact_work += float(works[2])
         self._earlier, self._forces, self.amplitude = u.copy(), forces, amplitude
+
+    def numbers(self) -> dict[str, float]:
+        """What has been integrated [Pa µm^2], and the load amplitude it has been brought to [-]."""
+        return {name: getattr(self, name) for name in ("load_work", "dissipated", "contact_work", "amplitude")}
+
+    def fields(self) -> dict[str, np.ndarray]:
+        """The forces at the last accepted step [Pa µm], owned nodes."""
+        return self._forces
+
+    def recall(self, numbers: dict[str, float], fields: dict[str, np.ndarray]) -> None:
+        """Go on from what `numbers` and `fields` held; the state has been recalled."""
+        for name, value in numbers.items():
+            setattr(self, name, value)
+        self._earlier = self.state.u.x.array[: self._owned].copy()
+        self._forces = {name: fields[name][: self._owned].copy() for name in self._forces}

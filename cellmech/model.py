@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from cellmech.run import Run
 from cellmech.scene import LAYER_NAMES, Scene
-from cellmech.setup import MERGED, Setup, material
+from cellmech.setup import MERGED, Setup, material, relaxation_s
 
 YEOH_STABLE = 0.5  # beta/mu up to which alpha >= 0
 
@@ -44,8 +44,14 @@ def describe_model(setup: Setup, run: Run | None = None) -> Model:
     wet = [n for n in LAYER_NAMES if material(scene, n).rate_dependent]
     if wet:
         modelled["fluid phase"] = f"viscous stress of {', '.join(wet)}; BDF2 in time"
-    else:
+    elif scene.time.history:
         left["fluid phase"] = "every fluid fraction or viscosity is 0"
+    else:
+        left["fluid phase"] = (
+            "time.history is false: elastic equilibria, no energies of the way there; the fluid comes to rest in about "
+            f"{relaxation_s(scene):.3g} s, and the load does not change in the last "
+            f"{max(scene.time.end_s - scene.ramp_end_s, 0):g} s"
+        )
     if cell.layers == "smeared":
         modelled["layers"] = f"smeared over ± {cell.smear_um:g} um; meshed: {', '.join(n for n, _ in setup.interfaces)}"
     else:

@@ -18,7 +18,8 @@ Scalar = float | int | None
 
 FLUSH_EVERY_S = 3.0
 PARTIAL = ".partial-"  # begins the name of a file that is being written
-FROM_AN_EARLIER_RUN = ("result.json", "history.csv", "fields.*", "fields_*", f"{PARTIAL}*")
+CHECKPOINT = "checkpoint.npz"
+FROM_AN_EARLIER_RUN = ("result.json", CHECKPOINT, "history.csv", "fields.*", "fields_*", f"{PARTIAL}*")
 NO_SCALARS = ("schema", "scene", "versions", "model")  # of result.json: where a result comes from
 
 
@@ -121,27 +122,62 @@ def _cell(value: Any) -> str:
 
 
 class CaseFolder:
-    """The files of one case, begun afresh: what an earlier run left is removed.
+    """The files of one case. What an earlier run left is removed, unless it left a checkpoint, which decides later.
 
     Args:
         path: the folder, made if need be.
         lead: whether this is rank 0 of the case's communicator; the calls of the others check and do nothing.
+        key: ties what is in the folder to its inputs, `archive.input_key`.
 
     Raises:
         OSError: here and in every method of the lead, when the disk refuses.
     """
 
-    def __init__(self, path: Path, lead: bool) -> None:
-        self.path, self.lead = path, lead
+    def __init__(self, path: Path, lead: bool, key: str = "") -> None:
+        self.path, self.lead, self.key = path, lead, key
         self._rows: list[dict[str, str]] = []
         self._unsaved, self._next_flush = False, -math.inf
         self._log: io.TextIOBase | None = None
         if lead:
             path.mkdir(parents=True, exist_ok=True)
+            goes_on = (path / CHECKPOINT).exists()
+            self._log = open(path / "run.log", "a" if goes_on else "w", buffering=1, encoding="utf-8")
+            if not goes_on:
+                self.begin_afresh()
+
+    @property
+    def rows(self) -> int:
+        """Number of rows of history.csv."""
+        return len(self._rows)
+
+    def begin_afresh(self, why: str = "") -> None:
+        """Remove what an earlier run left; `why` is for the log."""
+        if self.lead:
+            if why:
+                self.log(why)
+            self._rows = []
             for pattern in FROM_AN_EARLIER_RUN:
-                for old in path.glob(pattern):
+                for old in self.path.glob(pattern):
                     old.unlink()
-            self._log = open(path / "run.log", "w", buffering=1, encoding="utf-8")
+
+    def resume(self, rows: int) -> None:
+        """Go on after the first so many rows of the history.csv that an earlier run left; for the lead.
+
+        Raises:
+            ValueError: there are not so many.
+        """
+        with open(self.path / "history.csv", encoding="utf-8", newline="") as stream:
+            found = list(csv.DictReader(stream))[:rows]
+        if len(found) < rows or any(None in row or None in row.values() for row in found):
+            raise ValueError(f"history.csv has not the {rows} whole rows that the checkpoint counts on")
+        self._rows = found
+
+    def finish(self, result: Mapping[str, Any]) -> None:
+        """Write result.json, after which no checkpoint is needed."""
+        self.flush(force=True)
+        self.write_json("result.json", result)
+        if self.lead:
+            (self.path / CHECKPOINT).unlink(missing_ok=True)
 
     def log(self, line: str) -> None:
         """Add a line to run.log; it is on disk at once."""

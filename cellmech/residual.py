@@ -92,6 +92,10 @@ class State:
         """d^2u/dt^2 [µm/s^2]."""
         return self.ddt(self.velocity(), self.v_n, self.v_nn)
 
+    def fields(self, inertia: bool) -> dict[str, fem.Function]:
+        """All that the state consists of, by name; velocities only where they are used."""
+        return {name: getattr(self, name) for name in ("u", "u_n", "u_nn", *(("v_n", "v_nn") if inertia else ()))}
+
     def rest(self) -> None:
         """Take the current displacement as one of rest: it was the same at all earlier times."""
         self.u_n.x.array[:] = self.u.x.array

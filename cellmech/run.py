@@ -1,10 +1,11 @@
-"""The time loop: predict, solve, estimate the error, accept or roll back."""
+"""A body on its way through time: what is modelled, how far it is, and what it takes to go on after a stop."""
 
 from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from mpi4py import MPI
@@ -13,17 +14,14 @@ from scipy.optimize import brentq
 from cellmech import bdf
 from cellmech.contact import Obstacle
 from cellmech.energy import Ledger
-from cellmech.errors import SolveError
 from cellmech.outline import Outline
 from cellmech.residual import Body, State
 from cellmech.snes import Outcome, RigidModes, Solver
+from cellmech.stepping import LoadSteps, TimeSteps
 
-FIRST_STEP = 1 / 50  # of the ramp; the error control then finds the right one
-SMALLEST_STEP = 1e-10  # of the end time: below it a failing step is a failure of the physics
-CUT = 0.25  # of a step whose solve failed
-LOAD_STEPS = 20  # of a ramp when nothing depends on rate
 TOUCHING = 1e-12  # load amplitude at which the resting body counts as just touching
-SMALLEST_LOAD_STEP = 1e-4  # of full load: how closely the last equilibrium is followed
+CHECKPOINT_STEPS = 10  # accepted steps between two checkpoints of a small problem
+CHECKPOINT_WORK = 200_000  # steps times unknowns after which a larger one is due
 
 
 @dataclass(frozen=True)
@@ -64,57 +62,36 @@ class Schedule:
         landings_s: times that are hit exactly: end of the ramp, output times.
         rtol: tolerated relative local error of a step [-].
         ramp_end_s: end of the load ramp [s]; 0 when the load is switched on at once.
+        load_steps: into how many a ramp is divided when nothing depends on rate; 0 for the landings only.
     """
 
     end_s: float
     landings_s: tuple[float, ...] = ()
     rtol: float = 1e-3
     ramp_end_s: float = 0.0
+    load_steps: int = 20
 
     def next_landing(self, t: float) -> float:
         """The first landing time after t [s]."""
         return min([x for x in self.landings_s if x > t * (1 + 1e-12)] + [self.end_s])
 
-
-@dataclass
-class History:
-    """Accepted displacements, newest first, and the steps between them: what predictor and error estimate need."""
-
-    depth: int
-    values: list[np.ndarray] = field(default_factory=list)
-    steps: list[float] = field(default_factory=list)
-
-    def push(self, value: np.ndarray, step: float | None) -> None:
-        """Add an accepted displacement [µm], reached by this step [s]."""
-        self.values = [value.copy(), *self.values][: self.depth]
-        if step is not None:
-            self.steps = [step, *self.steps][: self.depth - 1]
-
-    def predict(self, step: float) -> np.ndarray:
-        """Polynomial extrapolation over a coming step [s]."""
-        weights = bdf.extrapolation([step, *self.steps][: len(self.values)])
-        return sum(w * v for w, v in zip(weights, self.values, strict=True))
+    def next_load_step(self, t: float) -> float:
+        """The first time after t [s] that is a landing or divides the ramp."""
+        parts = [self.ramp_end_s * k / self.load_steps for k in range(1, self.load_steps + 1)]
+        return min([self.next_landing(t), *(x for x in parts if t * (1 + 1e-12) < x)])
 
 
 @dataclass(frozen=True)
-class LoadPath:
-    """The last equilibrium of a body without memory, and the one before it."""
+class Memory:
+    """What a run needs to go on from an accepted step as if it had never stopped.
 
-    amplitude: float
-    u: np.ndarray
-    before: LoadPath | None = None
+    Args:
+        numbers: what JSON can hold.
+        fields: nodal vectors on this rank, owned nodes at least, flat.
+    """
 
-    def __post_init__(self) -> None:
-        """Keep one predecessor, not the whole chain."""
-        if self.before is not None:
-            object.__setattr__(self, "before", dataclasses.replace(self.before, before=None))
-
-    def predict(self, amplitude: float) -> np.ndarray:
-        """Displacement at a load amplitude by the secant through both [µm]."""
-        if self.before is None or self.amplitude == self.before.amplitude:
-            return self.u
-        share = (amplitude - self.amplitude) / (self.amplitude - self.before.amplitude)
-        return self.u + share * (self.u - self.before.u)
+    numbers: dict[str, Any]
+    fields: dict[str, np.ndarray]
 
 
 class Run:
@@ -142,7 +119,7 @@ class Run:
         self.out_of_reach = list(out_of_reach)
         self.state = State(body)
         self.comm: MPI.Comm = body.domain.mesh.comm
-        self.totals, self.t = Totals(), 0.0
+        self.totals, self.t, self.last_step_s = Totals(), 0.0, 0.0
         self.outline = Outline(body.domain, body.space, "outer")
         self.largest = 0.0
         self.ledger = Ledger(body, self.state)
@@ -150,6 +127,9 @@ class Run:
             self._touch()
         self._bind(body)
         self.ledger.begin(body.amplitude(0.0) if body.rate_dependent else 0.0)
+        self.stepping = TimeSteps(self) if body.rate_dependent else LoadSteps(self)
+        unknowns = 2 * body.space.dofmap.index_map.size_global
+        self.checkpoint_every = max(1, min(CHECKPOINT_STEPS, CHECKPOINT_WORK // unknowns))
 
     def _touch(self) -> None:
         """Translate the resting body until the first quadrature point of the contact would feel the obstacle.
@@ -171,89 +151,44 @@ class Run:
         """Displacement on this rank, ghosts included [µm], flat."""
         return self.state.u.x.array
 
-    def rate(self) -> float:
-        """Largest nodal displacement rate over the last step [µm/s], 0 at constant load without memory."""
-        amplitude = self.body.amplitude
-        if not self.body.rate_dependent and amplitude(self.t - self.last_step_s) == amplitude(self.t):
-            return 0.0
-        return self._largest_node(self.u - self.state.u_n.x.array) / self.last_step_s
+    def run(self, on_step: Callable[[Step], None], on_checkpoint: Callable[[Memory], None] | None = None) -> None:
+        """Go to the end.
 
-    def run(self, on_step: Callable[[Step], None]) -> None:
-        """Go to the end, calling `on_step` after each accepted step.
+        Args:
+            on_step: called after each accepted step, before history moves.
+            on_checkpoint: called now and then after `on_step` with what `recall` takes. What a run computes does not
+                depend on whether anybody listens.
 
         Raises:
             SolveError: no way on; `state.u` then is the last accepted displacement.
         """
-        if self.body.rate_dependent:
-            self._time_steps(on_step)
-        else:
-            self._load_steps(on_step)
+        while self.t < self.schedule.end_s:
+            on_step(self.stepping.advance())
+            if self.totals.steps % self.checkpoint_every == 0 and self.t < self.schedule.end_s:
+                self.solver.restart()  # as the solver of a run that goes on from here must
+                if on_checkpoint is not None:
+                    on_checkpoint(self.memory())
 
-    def _time_steps(self, on_step: Callable[[Step], None]) -> None:
-        end, controller = self.schedule.end_s, bdf.Controller(self.schedule.rtol)
-        history = History(depth=3)
-        history.push(self.u, None)
-        wish = FIRST_STEP * (self.schedule.ramp_end_s or end)
-        failures = 0
-        while self.t < end:
-            h, t = self._land(wish)
-            steps = [h, *history.steps]
-            a = bdf.coefficients(steps[:2])
-            self.state.ddt.set(a)
-            guess = history.predict(h)
-            self.u[:] = guess if failures < 2 else history.values[0]
-            outcome = self._solve(self.body.amplitude(t))
-            if not outcome.converged:
-                failures += 1
-                self.totals.failed_solves += 1
-                self.log(f"t = {t:.6g} s, step {h:.3g} s: {outcome.reason}; step cut")
-                self.u[:] = history.values[0]
-                wish = self._shorter(CUT * h, outcome.reason)
-                continue
-            error = self._error(bdf.error_factor(steps[:3]) * (self.u - guess))
-            if not controller.accepts(error):
-                self.totals.rejected_steps += 1
-                self.u[:] = history.values[0]
-                wish = self._shorter(
-                    h * min(controller.factor(error), 0.9), "the error of ever smaller steps stays large"
-                )
-                continue
-            if self._reaches_more():
-                self.u[:] = history.values[0]
-                continue
-            self._accept(t, h, outcome, error, on_step)
-            self.state.advance(a, self.body.density is not None)
-            history.push(self.u, h)
-            failures = 0
-            wish = h * controller.factor(error)
+    def rate(self) -> float:
+        """Largest nodal displacement rate over the last step [µm/s], 0 at constant load without memory."""
+        amplitude = self.body.amplitude
+        if not self.body.rate_dependent and amplitude(self.t * (1 - 1e-6)) == amplitude(self.t):
+            return 0.0
+        return self._largest_node(self.u - self.state.u_n.x.array) / self.last_step_s
 
-    def _shorter(self, h: float, reason: str) -> float:
-        """A smaller step [s], unless it has become senseless."""
-        if h < SMALLEST_STEP * self.schedule.end_s:
-            raise SolveError(self._no_way_on(reason, self.body.amplitude(self.t)))
-        return h
-
-    def _land(self, wish: float) -> tuple[float, float]:
-        """The next step [s] and the time it leads to: at most `wish`, hitting the landings exactly."""
-        target = self.schedule.next_landing(self.t)
-        left = target - self.t
-        if wish >= left * (1 - 1e-9):
-            return left, target
-        h = left / 2 if wish > left / 2 else wish
-        return h, self.t + h
-
-    def _error(self, difference: np.ndarray) -> float:
-        """Largest nodal length of an estimated error over the largest displacement so far [-]. Collective."""
+    def relative(self, error: np.ndarray) -> float:
+        """Largest nodal length of an error [µm] over the largest displacement so far [-]. Collective."""
         self._largest_now = max(self.largest, self._largest_node(self.u))
-        return self._largest_node(difference) / max(self._largest_now, bdf.DISPLACEMENT_FLOOR_UM)
+        return self._largest_node(error) / max(self._largest_now, bdf.DISPLACEMENT_FLOOR_UM)
 
     def _largest_node(self, values: np.ndarray) -> float:
         """Largest length of a nodal vector over all ranks."""
         mine = float(np.sqrt(np.max(np.sum(values.reshape(-1, 2) ** 2, axis=1), initial=0.0)))
         return self.comm.allreduce(mine, op=MPI.MAX)
 
-    def _solve(self, amplitude: float) -> Outcome:
-        if self.totals.steps == 0 and self.body.density is None and self.body.obstacles:
+    def solve(self, amplitude: float, from_rest: bool) -> Outcome:
+        """Solve at a load amplitude from the present displacement, or from rest, and count what it took."""
+        if from_rest and self.body.density is None and self.body.obstacles:
             self.u[:] = self._rigid_guess(amplitude)
         outcome = self.solver.solve(amplitude)
         self.totals.newton_iterations += outcome.iterations
@@ -281,65 +216,59 @@ class Run:
         distance = brentq(imbalance, near, far, xtol=1e-15, rtol=1e-10)
         return np.tile(distance * direction, len(self.u) // 2)
 
-    def _reaches_more(self) -> bool:
+    def reaches_more(self) -> bool:
         """Whether the body has come to obstacles that were left out; they are put in. Collective."""
         if self.body.contact is None:
             return False
         threshold = self.body.contact.threshold_um
         reached = [o for o in self.out_of_reach if self.outline.max_depth(self.state.u, [o]) > threshold]
-        if not reached:
-            return False
+        if reached:
+            self.log(f"t = {self.t:.6g} s: now in reach, put into the model: {', '.join(map(str, reached))}")
+            self._put_in(reached)
+        return bool(reached)
+
+    def _put_in(self, reached: Sequence[Obstacle]) -> None:
         self.out_of_reach = [o for o in self.out_of_reach if o not in reached]
-        self.log(f"t = {self.t:.6g} s: now in reach, put into the model: {', '.join(map(str, reached))}")
         body = dataclasses.replace(self.body, obstacles=(*self.body.obstacles, *reached))
         self.ledger.rebind(body, self.state)
         self._bind(body)
-        return True
 
-    def _accept(
-        self, t: float, h: float, outcome: Outcome, error: float | None, on_step: Callable[[Step], None]
-    ) -> None:
+    def accept(self, t: float, h: float, outcome: Outcome, error: float | None) -> Step:
+        """Take the present displacement as the state at time t [s], after a step h [s]."""
         self.t, self.last_step_s = t, h
         self.totals.steps += 1
         self.largest = self._largest_now if error is not None else self.largest
         amplitude = self.body.amplitude(t)
         self.ledger.add_step(amplitude)
-        on_step(Step(t, h, amplitude, outcome.iterations, error))
+        return Step(t, h, amplitude, outcome.iterations, error)
 
-    def _load_steps(self, on_step: Callable[[Step], None]) -> None:
-        """Equilibria along the load; time only says how much of it acts."""
-        ramp, end = self.schedule.ramp_end_s, self.schedule.end_s
-        times = {t for t in (*self.schedule.landings_s, end) if t > 0}
-        times |= {ramp * k / LOAD_STEPS for k in range(1, LOAD_STEPS + 1) if 0 < ramp * k / LOAD_STEPS < end}
-        path = LoadPath(0.0, self.u.copy())
-        for t in sorted(times):
-            start, h = path, t - self.t
-            path, outcome = self._follow(start, self.body.amplitude(t))
-            while self._reaches_more():
-                path, outcome = self._follow(start, self.body.amplitude(t))
-            self._accept(t, h, outcome, None, on_step)
-            self.state.rest()
-
-    def _follow(self, path: LoadPath, target: float) -> tuple[LoadPath, Outcome]:
-        """Follow the equilibrium to a load amplitude, halving the load step where a solve fails."""
-        increment, iterations = target - path.amplitude, 0
-        while True:
-            reaches = abs(target - path.amplitude) <= abs(increment) * (1 + 1e-9)
-            aim = target if reaches else path.amplitude + increment
-            self.u[:] = path.predict(aim)
-            outcome = self._solve(aim)
-            iterations += outcome.iterations
-            if outcome.converged:
-                path = LoadPath(aim, self.u.copy(), path)
-                if reaches:
-                    return path, dataclasses.replace(outcome, iterations=iterations)
-                continue
-            self.totals.failed_solves += 1
-            self.log(f"load amplitude {aim:.6g}: {outcome.reason}; load step halved")
-            increment /= 2
-            if abs(increment) < SMALLEST_LOAD_STEP:
-                self.u[:] = path.u
-                raise SolveError(self._no_way_on(outcome.reason, path.amplitude))
-
-    def _no_way_on(self, reason: str, amplitude: float) -> str:
+    def no_way_on(self, reason: str, amplitude: float) -> str:
+        """The message of a failure."""
         return f"no equilibrium beyond t = {self.t:.6g} s, load amplitude {amplitude:.6g}: {reason}"
+
+    def memory(self) -> Memory:
+        """All that decides how the run goes on after the last accepted step."""
+        state = self.state.fields(self.body.density is not None)
+        numbers = {
+            "t": self.t,
+            "last_step_s": self.last_step_s,
+            "largest": self.largest,
+            "totals": dataclasses.asdict(self.totals),
+            "out_of_reach": [str(o) for o in self.out_of_reach],
+            "ledger": self.ledger.numbers(),
+            "stepping": self.stepping.numbers(),
+        }
+        fields = {name: f.x.array for name, f in state.items()} | self.ledger.fields() | self.stepping.fields()
+        return Memory(numbers, fields)
+
+    def recall(self, memory: Memory) -> None:
+        """Go back to an accepted step of an earlier run of the same problem; call before `run`. Collective."""
+        numbers, fields = memory.numbers, memory.fields
+        if reached := [o for o in self.out_of_reach if str(o) not in numbers["out_of_reach"]]:
+            self._put_in(reached)
+        for name, function in self.state.fields(self.body.density is not None).items():
+            function.x.array[:] = fields[name]
+        self.t, self.last_step_s, self.largest = (numbers[key] for key in ("t", "last_step_s", "largest"))
+        self.totals = Totals(**numbers["totals"])
+        self.ledger.recall(numbers["ledger"], fields)
+        self.stepping.recall(numbers["stepping"], fields)

@@ -136,10 +136,15 @@ class Contact(Table):
 
 
 class Time(Table):
-    """Length of the run and tolerance of the step control."""
+    """Length of the run and tolerance of the step control.
+
+    `history = false` asks for the end state only: the load is followed to its value there by elastic equilibria,
+    without the fluid, which carries no stress once it has come to rest.
+    """
 
     end_s: Annotated[float, Number("s", above=0, most=1e12)] = 18000.0
     rtol: Annotated[float, Number("(no unit)", least=1e-10, most=0.5)] = 1e-3
+    history: Annotated[bool, Flag()] = True
 
 
 class Mesh(Table):

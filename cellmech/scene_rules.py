@@ -37,6 +37,7 @@ def breaches(scene: Scene) -> Iterator[Breach]:
     yield from _start(scene)
     yield from _mesh(scene)
     yield from _times(scene)
+    yield from _history(scene)
 
 
 def _radii(scene: Scene) -> Iterator[Breach]:
@@ -152,3 +153,15 @@ def _times(scene: Scene) -> Iterator[Breach]:
         too_late = later > end or end * (1 - CLOSEST_TIMES) < later < end
         if too_late or later - earlier < CLOSEST_TIMES * end:
             yield Breach(f"output.times_s.{i}", rule, later, "The end is always written and need not be listed.")
+
+
+def _history(scene: Scene) -> Iterator[Breach]:
+    if scene.time.history:
+        return
+    hint = "Without history only elastic equilibria are computed."
+    if scene.cell.inertia:
+        yield Breach("time.history", "must be true where cell.inertia is", False, hint)
+    for name in LAYER_NAMES:
+        if scene.layer_of(name).fluid_fraction == 1.0:
+            rule = f"must be true where a layer has no solid (layer.{name}.fluid_fraction = 1)"
+            yield Breach("time.history", rule, False, hint)

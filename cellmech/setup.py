@@ -35,6 +35,7 @@ KG_M3 = 1e-12  # kg/m^3 in Pa s^2/µm^2
 M_S2 = 1e6  # m/s^2 in µm/s^2
 
 ZONE_OVER_HERTZ = 1.32  # on Table 1 the contact edge lies at 0.9 of Hertz's half-width, the membrane's peaks beyond it
+LOAD_STEPS = 20  # reported equilibria of a ramp when nothing depends on rate
 INSIDE_OUT: tuple[LayerName, ...] = tuple(reversed(LAYER_NAMES))
 MERGED: dict[tuple[LayerName, ...], str] = {("nucleoplasm", "lamina"): "nucleus", ("cytosol", "membrane"): "cytoplasm"}
 
@@ -88,7 +89,21 @@ def material(scene: Scene, name: LayerName) -> Material:
         constants["beta"] = cell.beta_over_mu * mu
     if law == "yeoh":
         constants["i1_rest"] = 0.0 if cell.yeoh_reference == "printed" else 3.0
-    return Material(LAWS[law], constants, layer.fluid_fraction, cell.fluid_lambda_Pa_s, cell.fluid_mu_Pa_s)
+    viscosities = (cell.fluid_lambda_Pa_s, cell.fluid_mu_Pa_s) if scene.time.history else (0.0, 0.0)
+    return Material(LAWS[law], constants, layer.fluid_fraction, *viscosities)
+
+
+def relaxation_s(scene: Scene) -> float:
+    """The slowest layer's time to come to rest [s]: viscosity over stiffness, volumetric or in shear."""
+    times = [0.0]
+    for name in LAYER_NAMES:
+        layer = scene.layer_of(name)
+        lmbda, mu = lame(layer.young_Pa, scene.layer_poisson(name), printed=scene.cell.lame_lambda == "printed")
+        solid, bulk, shear = 1.0 - layer.fluid_fraction, scene.cell.fluid_lambda_Pa_s, scene.cell.fluid_mu_Pa_s
+        for viscosity, modulus in ((bulk + 2 * shear, lmbda + 2 * mu), (shear, mu)):
+            if layer.fluid_fraction * viscosity > 0:
+                times.append(layer.fluid_fraction * viscosity / (solid * modulus) if solid else math.inf)
+    return max(times)
 
 
 def smeared_weights(scene: Scene, domain: Domain, centre: tuple[float, float]) -> dict[str, Any]:
@@ -262,8 +277,10 @@ class Setup:
     def schedule(self) -> Schedule:
         """Times to land on, and the tolerance."""
         scene, end = self.scene, self.scene.time.end_s
-        landings = {t for t in (scene.ramp_end_s, *scene.output.times_s) if 0 < t < end}
-        return Schedule(end, tuple(sorted(landings)), scene.time.rtol, min(scene.ramp_end_s, end))
+        ramp_end = (scene.ramp_end_s,) if scene.time.history else ()
+        landings = {t for t in (*ramp_end, *scene.output.times_s) if 0 < t < end}
+        load_steps = LOAD_STEPS if scene.time.history else 0
+        return Schedule(end, tuple(sorted(landings)), scene.time.rtol, min(scene.ramp_end_s, end), load_steps)
 
     def create_run(self, log: Callable[[str], None]) -> Run:
         """The run, its zero modes removed where the scene has any."""

@@ -212,6 +212,11 @@ class Solver:
         """Use no earlier factorisation in the next solve."""
         self._keep = False
 
+    def restart(self) -> None:
+        """Forget all that was learnt, the ordering of the factorisation included: the next solve is like a first."""
+        self._keep, self._norm = False, np.inf
+        self._snes.getKSP().getPC().reset()
+
     def _set_displacement(self, x: PETSc.Vec) -> None:
         owned = x.getArray(readonly=True)
         self.state.u.x.array[: len(owned)] = owned

@@ -10,7 +10,8 @@ from cellmech.forms import PointValues
 from cellmech.kinematics import deformation_gradient
 from cellmech.materials import mixtures
 from cellmech.residual import Body, State
-from cellmech.run import History, Run, Schedule
+from cellmech.run import Run, Schedule
+from cellmech.stepping import History
 from cellmech.snes import DetFWatch, Solver
 
 YOUNG = 10.0

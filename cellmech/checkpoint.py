@@ -1,0 +1,90 @@
+"""Checkpoints: all that a run needs to go on, in a form that does not depend on how many ranks there are.
+
+Nodal vectors are stored with the positions of their nodes, by which any other partition of the same mesh finds its own.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import zipfile
+from typing import Any
+
+import numpy as np
+from dolfinx import fem
+from scipy.spatial import cKDTree
+
+from cellmech.records import CHECKPOINT, CaseFolder
+from cellmech.run import Memory
+
+SAME_NODE = 1e-9  # of the mesh's extent: what rounding may move a node between partitions
+
+
+def save(folder: CaseFolder, space: fem.FunctionSpace, memory: Memory, case: dict[str, Any]) -> None:
+    """Write the checkpoint of a case. Collective on the space's communicator.
+
+    Args:
+        folder: of the case; its history is brought to disk first.
+        space: of the displacement.
+        memory: of the run.
+        case: what the case itself must remember, as JSON can hold it.
+    """
+    comm, owned = space.mesh.comm, space.dofmap.index_map.size_local
+    nodes = space.tabulate_dof_coordinates()[:owned, :2]
+    mine = {name: values[: 2 * owned].reshape(-1, 2) for name, values in memory.fields.items()}
+    parts = comm.gather({"nodes": nodes, **mine}, root=0)
+    if parts is None:
+        return
+    arrays = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    numbers = json.dumps({"run": memory.numbers, "case": case}, allow_nan=False)
+    folder.flush(force=True)
+    content = io.BytesIO()
+    np.savez(content, key=np.array(folder.key), rows=folder.rows, numbers=np.array(numbers), **arrays)
+    with folder.replace_with(CHECKPOINT) as path:
+        path.write_bytes(content.getvalue())
+
+
+def load(folder: CaseFolder, space: fem.FunctionSpace) -> tuple[Memory, dict[str, Any]] | None:
+    """The run's memory and the case's, if the folder holds a checkpoint of this case; else None. Collective.
+
+    A checkpoint that is damaged, or of another mesh, is told of in the log and forgotten; the folder begins afresh.
+    """
+    comm = space.mesh.comm
+    found, fault = _read(folder) if folder.lead else (None, "")
+    found = comm.bcast(found)
+    if found is not None:
+        arrays, numbers = found
+        mine, missing = _on_this_rank(arrays, space)
+        if not comm.allreduce(missing):
+            return Memory(numbers["run"], mine), numbers["case"]
+        fault = "it is of another mesh"
+    folder.begin_afresh(f"the checkpoint cannot be used ({fault}): solved from the start" if fault else "")
+    return None
+
+
+def _read(folder: CaseFolder) -> tuple[tuple[dict[str, np.ndarray], dict[str, Any]] | None, str]:
+    try:
+        content = (folder.path / CHECKPOINT).read_bytes()
+    except FileNotFoundError:
+        return None, ""
+    try:
+        with np.load(io.BytesIO(content), allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+        if str(arrays.pop("key")) != folder.key:
+            return None, "it is of other inputs or another version of the program"
+        numbers = json.loads(str(arrays.pop("numbers")))
+        folder.resume(int(arrays.pop("rows")))
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        return None, " ".join(str(error).split()) or type(error).__name__
+    return (arrays, numbers), ""
+
+
+def _on_this_rank(arrays: dict[str, np.ndarray], space: fem.FunctionSpace) -> tuple[dict[str, np.ndarray], int]:
+    """The vectors at this rank's nodes, ghosts included, flat; and how many nodes were not found."""
+    arrays = dict(arrays)
+    nodes, here = arrays.pop("nodes"), space.tabulate_dof_coordinates()[:, :2]
+    if len(nodes) != space.dofmap.index_map.size_global:
+        return {}, 1
+    distance, index = cKDTree(nodes).query(here) if len(here) else (np.zeros(0), np.zeros(0, dtype=int))
+    missing = np.count_nonzero(distance > SAME_NODE * np.ptp(nodes, axis=0).max())
+    return {name: values[index].ravel() for name, values in arrays.items()}, int(missing)

@@ -1,0 +1,98 @@
+"""A case that is stopped goes on from its checkpoint as if it had never been stopped."""
+
+import json
+import shutil
+
+import pytest
+from mpi4py import MPI
+
+from cellmech.case import mesh_plan, solve_case
+from cellmech.records import CHECKPOINT, CaseFolder
+from cellmech.scene_file import read_scene
+from cellmech.study_file import Case
+
+SCENES = {
+    "fluid": {},
+    "inertia": {"cell": {"inertia": True}, "load": {"factor": 3.0}},
+    "comes-into-reach": {
+        "pillar": [{"half_width_um": 3.0}, {"x_um": 8.0, "half_width_um": 3.0, "height_um": 7.9}],
+        "load": {"factor": 8.0},
+    },
+    "solid": {"layer": {name: {"fluid_fraction": 0.0} for name in ("membrane", "cytosol", "lamina", "nucleoplasm")}},
+    "full": {"cell": {"shape": "full"}, "mesh": {"size_um": 3.0}},
+}
+
+
+class Stop(Exception):
+    """In place of a kill."""
+
+
+def case_of(name):
+    data = {"mesh": {"size_um": 2.0}, "time": {"rtol": 1e-2}, "output": {"times_s": [4000.0]}} | SCENES[name]
+    return Case(name, read_scene(data, "test"))
+
+
+def solve(case, path, stop_after=None, key="k"):
+    """The result; None after a stop at a step, before anything of the next one is saved."""
+    folder = CaseFolder(path, True, key)
+
+    def report(progress):
+        if progress.step == stop_after:
+            raise Stop
+
+    try:
+        result = solve_case(case, folder, MPI.COMM_SELF, mesh_plan([case]), report)
+        folder.finish(result)
+        return result
+    except Stop:
+        return None
+    finally:
+        folder.close()
+
+
+def kept(result):
+    left_out = ("wall_s", "memory_MB")
+    return json.dumps({key: value for key, value in result.items() if key not in left_out}, sort_keys=True)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_resumed_run_is_the_uninterrupted_one_to_the_last_digit(name, tmp_path):
+    case, parts, whole = case_of(name), tmp_path / "parts", tmp_path / "whole"
+    expected = solve(case, whole)
+    assert expected["status"] == "solved", expected["reason"]
+    assert expected["steps"] > 20
+    for stop in (13, expected["steps"]):  # the second one after the last checkpoint, and before result.json
+        assert solve(case, parts, stop_after=stop) is None
+        assert (parts / CHECKPOINT).exists()
+        assert not (parts / "result.json").exists()
+    assert kept(solve(case, parts)) == kept(expected)
+    assert (parts / "history.csv").read_bytes() == (whole / "history.csv").read_bytes()
+    assert (parts / "run.log").read_text().count("goes on from the checkpoint") == 2
+    files = sorted(path.name for path in whole.iterdir())
+    assert sorted(path.name for path in parts.iterdir()) == files
+    assert all((parts / file).read_bytes() == (whole / file).read_bytes() for file in files if file[:6] == "fields")
+
+
+@pytest.mark.parametrize("damage", ["other key", "cut short", "garbage", "empty", "history gone", "other mesh"])
+def test_unusable_checkpoint_is_told_of_and_the_case_solved_from_the_start(damage, tmp_path):
+    case, path, key = case_of("fluid"), tmp_path / "case", "k"
+    assert solve(case, path, stop_after=13) is None
+    checkpoint = path / CHECKPOINT
+    if damage == "other key":
+        key = "other"
+    elif damage == "history gone":
+        (path / "history.csv").unlink()
+    elif damage == "other mesh":
+        mesh = case.scene.mesh.model_copy(update={"size_um": 1.7})
+        finer = Case("finer", case.scene.model_copy(update={"mesh": mesh}))
+        assert solve(finer, tmp_path / "finer", stop_after=13) is None
+        shutil.copy(tmp_path / "finer" / CHECKPOINT, checkpoint)
+    else:
+        content = checkpoint.read_bytes()
+        new = {"cut short": content[: len(content) // 2], "garbage": b"PK" * 500, "empty": b""}
+        checkpoint.write_bytes(new[damage])
+    assert solve(case, path, stop_after=2, key=key) is None  # in time to see where it began
+    log = (path / "run.log").read_text()
+    assert "the checkpoint cannot be used (" in log
+    assert "goes on" not in log
+    assert len((path / "history.csv").read_text().splitlines()) == 3
