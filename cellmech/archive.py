@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
+import fcntl
 import hashlib
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeAlias
 
-from cellmech.records import flatten, to_csv, write_whole
+from cellmech.errors import CellmechError
+from cellmech.records import CHECKPOINT, flatten, to_csv, write_whole
 from cellmech.scene_file import scene_hash
 from cellmech.study_file import Case
 
-SUMMARY, TIMINGS = "summary.csv", "timings.csv"
+SUMMARY, TIMINGS, LOCK = "summary.csv", "timings.csv", ".lock"
+RESULT = "result.json"
+INTERNAL = "internal error"  # begins the reason of a failure that does not follow from the inputs
 MACHINE = ("wall_s", "ranks", "memory_MB")  # differ between runs of equal inputs: kept out of summary.csv
 COSTS = ("steps", "rejected_steps", "newton_iterations", "factorisations", "mesh_cells", "dofs")
+
+Result: TypeAlias = dict[str, Any]
 
 
 class Keyed(Protocol):
@@ -40,8 +47,8 @@ def input_key(case: Case, plan: Keyed) -> str:
     return hashlib.sha256("\n".join((scene_hash(case.scene), source_hash(), plan.key())).encode()).hexdigest()
 
 
-def finished(folder: Path, key: str, note: Callable[[str], None] = lambda line: None) -> dict[str, Any] | None:
-    """The content of the folder's result.json if it is a solution for these inputs, else None.
+def recorded(folder: Path, key: str, note: Callable[[str], None] = lambda line: None) -> Result | None:
+    """The content of the folder's result.json if it is for these inputs, good or bad, else None.
 
     Args:
         folder: of the case.
@@ -49,27 +56,79 @@ def finished(folder: Path, key: str, note: Callable[[str], None] = lambda line: 
         note: told, for the log, why a result that is there cannot be used.
     """
     try:
-        result = json.loads((folder / "result.json").read_text(encoding="utf-8"))
+        result = json.loads((folder / RESULT).read_text(encoding="utf-8"))
     except FileNotFoundError:
         return None
     except (OSError, ValueError, RecursionError) as error:
-        note(f"result.json of an earlier run cannot be read ({error}): solved anew")
+        note(f"{RESULT} of an earlier run cannot be read ({error}): solved anew")
         return None
-    if not isinstance(result, dict) or "input_hash" not in result or "status" not in result:
-        note("result.json of an earlier run is not one of this program's: solved anew")
+    if not isinstance(result, dict) or not {"input_hash", "status", "reason"} <= result.keys():
+        note(f"{RESULT} of an earlier run is not one of this program's: solved anew")
     elif result["input_hash"] != key:
-        note("result.json of an earlier run is of other inputs or another version of the program: solved anew")
-    elif result["status"] != "solved":
-        note(f"an earlier run failed ({result.get('reason')}): tried again")
+        note(f"{RESULT} of an earlier run is of other inputs or another version of the program: solved anew")
     else:
         return result
     return None
 
 
-def forget_tables(folder: Path) -> None:
-    """Remove the tables of an earlier run, which would belie the results that are about to change."""
-    for name in (SUMMARY, TIMINGS):
+def is_final(result: Result) -> bool:
+    """Whether equal inputs must end alike: solved, or failed for a physical reason."""
+    return result["status"] == "solved" or not result["reason"].startswith(INTERNAL)
+
+
+def finished(folder: Path, key: str, note: Callable[[str], None] = lambda line: None) -> Result | None:
+    """As `recorded`, if the result is final; the note says what was not."""
+    result = recorded(folder, key, note)
+    if result is not None and not is_final(result):
+        note(f"an earlier run failed ({result['reason']}): tried again")
+        return None
+    return result
+
+
+def forget(folder: Path) -> None:
+    """Remove what a case would be served from, or go on from."""
+    for name in (RESULT, CHECKPOINT):
         (folder / name).unlink(missing_ok=True)
+
+
+def merge_tables(
+    folder: Path, cases: Sequence[Case], keys: Mapping[str, str], known: Mapping[str, Result]
+) -> dict[str, Result]:
+    """Write the tables of all cases that have a result, whichever process solved them; remove them if none has.
+
+    Args:
+        folder: of the study.
+        cases: all of the study.
+        keys: their `input_key` by name.
+        known: results by name; for those of the others, result.json is read.
+
+    Returns:
+        By name what is in the tables, in the study's order.
+
+    Raises:
+        CellmechError: the tables cannot be written.
+    """
+    try:
+        with _alone(folder):
+            found = {case.name: known.get(case.name) or recorded(folder / case.name, keys[case.name]) for case in cases}
+            results = {name: result for name, result in found.items() if result is not None}
+            if results:
+                write_tables(folder, [case for case in cases if case.name in results], list(results.values()))
+            else:
+                for name in (SUMMARY, TIMINGS):
+                    (folder / name).unlink(missing_ok=True)
+    except OSError as error:
+        raise CellmechError(f"{folder}: the summary cannot be written ({error.strerror})") from None
+    return results
+
+
+@contextmanager
+def _alone(folder: Path) -> Iterator[None]:
+    """Let one process at a time in, also of several machines."""
+    with open(folder / LOCK, "a") as stream:
+        with suppress(OSError):  # a file system without locks: what two at once may miss, the next run puts in
+            fcntl.flock(stream, fcntl.LOCK_EX)
+        yield
 
 
 def write_tables(folder: Path, cases: Sequence[Case], results: Sequence[Mapping[str, Any]]) -> None:

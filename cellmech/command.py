@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import argparse
 import difflib
+import itertools
 import os
+import re
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NoReturn
 
@@ -55,7 +57,13 @@ def parser() -> argparse.ArgumentParser:
     add("--list", action="store_true", help="print the names of the cases and stop")
     add("--check", action="store_true", help="print what each case will model and its size, and solve nothing")
     add("--fresh", action="store_true", help="solve again what has been solved")
-    add("--ranks-per-case", type=int, default=1, metavar="N", help="MPI ranks that share a case (1)")
+    add(
+        "--ranks-per-case",
+        type=int,
+        metavar="N",
+        help="MPI ranks that share a case; 1 if not given, more where there are fewer cases than ranks",
+    )
+    add("--shard", metavar="I/N", help="take every N-th of the cases, from the I-th on: for N machines at once")
     add("--quiet", action="store_true", help="print errors and one last line only")
     add("-h", "--help", action="store_true", help="print this and stop")
     return found
@@ -78,10 +86,18 @@ class Order:
 
 @dataclass(frozen=True)
 class Command:
-    """A command line that has been understood and checked."""
+    """A command line that has been understood and checked.
+
+    Args:
+        options: as written.
+        orders: the studies of which there are cases to solve.
+        ranks_per_case: as written or chosen. It depends on the command alone, not on what is solved already: going on
+            after an interruption must not change the last digits.
+    """
 
     options: argparse.Namespace
     orders: tuple[Order, ...]
+    ranks_per_case: int = 1
 
     def label(self, order: Order, case: Case) -> str:
         """What the user reads for a case."""
@@ -101,17 +117,40 @@ def understand(arguments: Sequence[str] | None, ranks: int) -> Command:
     for first, *more in options.set:  # `--set a=1 b=2 file.toml`: what has no "=" is a file
         sets += [first, *(text for text in more if "=" in text)]
         paths += [text for text in more if "=" not in text]
-    n = options.ranks_per_case
-    if not 1 <= n <= ranks:
+    n, shard = options.ranks_per_case, _shard(options.shard)
+    if n is not None and not 1 <= n <= ranks:
         hint = f"Start it with mpirun -n {n}, or leave the option out." if n > ranks else ""
         raise InputError("--ranks-per-case", "", f"must be from 1 to the number of MPI ranks, {ranks}", n, hint)
     if options.out == "":
         raise InputError("--out", "", "must name a folder", "")
     studies = [load_study(path, sets) for path in paths or [_main_job()]]
-    orders = _orders(studies, options)
+    orders = _sharded(_orders(studies, options), *shard)
     if not options.list:
         _check_folders(orders, make=not options.check)
-    return Command(options, orders)
+    count = sum(len(order.chosen) for order in orders)
+    return Command(options, orders, n or max(ranks // max(count, 1), 1))
+
+
+def _shard(text: str | None) -> tuple[int, int]:
+    """I and N of --shard I/N."""
+    if text is None:
+        return 1, 1
+    match = re.fullmatch(r"([0-9]{1,9})/([0-9]{1,9})", text)
+    first, step = map(int, match.groups()) if match else (0, 0)
+    if not 1 <= first <= step:
+        hint = "Such as --shard 2/3 for the second of three; Slurm counts so with --array=1-3."
+        raise InputError("--shard", "", "must be I/N with whole numbers, I from 1 to N", text, hint)
+    return first, step
+
+
+def _sharded(orders: Sequence[Order], first: int, step: int) -> tuple[Order, ...]:
+    """Every `step`-th of the chosen cases from the `first` on, counted through all studies."""
+    numbers = itertools.count()
+    kept = (
+        replace(order, chosen=tuple(case for case in order.chosen if next(numbers) % step == first - 1))
+        for order in orders
+    )
+    return tuple(order for order in kept if order.chosen)
 
 
 def _main_job() -> Path:
@@ -142,7 +181,7 @@ def _orders(studies: Sequence[Study], options: argparse.Namespace) -> tuple[Orde
             raise InputError(str(study.path), "", rule, None, "Start them one after the other, each with its --out.")
         chosen = tuple(case for case in study.cases if not options.only or case.name in options.only)
         orders[out] = Order(study, out, chosen)
-    return tuple(order for order in orders.values() if order.chosen)
+    return tuple(orders.values())
 
 
 def _check_folders(orders: Sequence[Order], make: bool) -> None:

@@ -48,7 +48,8 @@ class Post:
         self._next_report = 0.0
 
     def started(self, index: int) -> None:
-        """A case begins."""
+        """A case begins; its first step is told of at once."""
+        self._next_report = 0.0
         self._send(index, None)
 
     def progressed(self, index: int, progress: Progress) -> None:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from cellmech.archive import INTERNAL
 from cellmech.records import flatten
 
 if TYPE_CHECKING:  # brings DOLFINx along
@@ -59,10 +60,20 @@ def duration(seconds: float) -> str:
 
 @dataclass
 class Running:
-    """A case that is being solved, since a reading of the clock [s]."""
+    """A case that is being solved, since a reading of the clock [s].
+
+    `before` is the share of the work that an earlier run has done [-].
+    """
 
     since: float
     last: Progress | None = None
+    before: float = 0.0
+
+    def heard(self, progress: Progress) -> None:
+        """A step has been made; the first is the case's first, or that after a checkpoint."""
+        first, self.last = self.last is None, progress
+        if first:
+            self.before = self.share * (progress.step - 1) / progress.step
 
     @property
     def share(self) -> float:
@@ -100,11 +111,12 @@ class Quiet:
 
     def progressed(self, index: int, progress: Progress) -> None:
         """A case has made a step."""
-        self.running[index].last = progress
+        self.running[index].heard(progress)
 
     def finished(self, index: int, result: Mapping[str, Any]) -> None:
         """A case has come to its end, good or bad."""
-        self.walls.append(self.clock() - self.running.pop(index).since)
+        run = self.running.pop(index)
+        self.walls.append((self.clock() - run.since) / (1.0 - run.before))
         self.done += 1
         self.tell(index, result)
 
@@ -124,12 +136,12 @@ class Quiet:
     def left_s(self) -> float | None:
         """Estimate of the time left [s]: from the cases that are done, else from the share of the running ones."""
         now = self.clock()
-        ages = {index: (now - run.since, run.share) for index, run in self.running.items()}
-        guesses = self.walls or [age / share for age, share in ages.values() if share > 0.02]
+        runs = [(now - run.since, run.share - run.before, 1.0 - run.before) for run in self.running.values()]
+        guesses = self.walls or [age / done for age, done, _ in runs if done > 0.02]
         if not guesses:
             return None
         whole = sum(guesses) / len(guesses)
-        work = sum(max(whole - age, 0.0) for age, _ in ages.values()) + self.waiting * whole
+        work = sum(max(whole * part - age, 0.0) for age, _, part in runs) + self.waiting * whole
         return work / max(min(self.groups, len(self.running) + self.waiting), 1)
 
     def state(self) -> str:
@@ -151,7 +163,7 @@ class Plain(Quiet):
     def tell(self, index: int, result: Mapping[str, Any]) -> None:
         """Say how a case ended."""
         self.line(f"[{self.done}/{self.total}] {self.labels[index]}: {ending(result)}")
-        if result["reason"].startswith("internal error"):
+        if result["reason"].startswith(INTERNAL):
             super().tell(index, result)
 
     def line(self, text: str) -> None:

@@ -6,18 +6,19 @@ import io
 import os
 import sys
 import traceback
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, TypeVar
 
 from mpi4py import MPI
 
-from cellmech.archive import SUMMARY, finished, forget_tables, input_key, source_hash, write_tables
+from cellmech.agenda import Agenda, draw_up, share_with_twin
+from cellmech.archive import SUMMARY, Result, merge_tables
 from cellmech.command import Command, parser, understand
 from cellmech.errors import CellmechError, InputError
 from cellmech.interrupts import Interrupted, Interrupts
-from cellmech.post import Result, meet
+from cellmech.post import meet
 from cellmech.progress import Plain, Quiet, on_terminal, results_table, say
-from cellmech.sweep import Job, solve_jobs
+from cellmech.sweep import solve_jobs
 
 T = TypeVar("T")
 
@@ -45,7 +46,7 @@ def load_case() -> Any:
 
 
 def run(
-    arguments: Sequence[str] | None, world: MPI.Comm, interrupts: Interrupts, load: Callable[[], Any] = load_case
+    arguments: Sequence[str] | None, world: MPI.Intracomm, interrupts: Interrupts, load: Callable[[], Any] = load_case
 ) -> int:
     """Do what the command line says; the exit status. Collective on world.
 
@@ -65,6 +66,10 @@ def run(
             names = [case.name for order in command.orders for case in order.chosen]
             say(parser().format_help().rstrip() if options.help else "\n".join(names))
         return 0
+    if not command.orders:
+        if world.rank == 0:
+            say(f"nothing to solve: shard {options.shard} has no case")
+        return 0
     case = load()
     interrupts.arm()
     if options.check:
@@ -83,17 +88,16 @@ def check(command: Command, case: Any) -> None:
             say("\n  ".join([f"{command.label(order, chosen)}: {size}", *found.model]))
 
 
-def solve(command: Command, case: Any, world: MPI.Comm, interrupts: Interrupts) -> int:
+def solve(command: Command, case: Any, world: MPI.Intracomm, interrupts: Interrupts) -> int:
     """Solve what is not solved yet, write and print the tables; the exit status. Collective on world."""
-    options, first = command.options, world.rank == 0
-    jobs, old = agreed(world, lambda: plan(command, case.mesh_plan))
-    if first and not options.quiet:
-        announce(command, world.size, len(jobs), old)
-    labels = [job.label for job in jobs]
-    served = sum(len(order.chosen) for order in command.orders) - len(jobs)
-    with watch(options.quiet or not first)(labels, served, world.size // options.ranks_per_case) as watcher:
-        results = solve_jobs(jobs, case.solve_case, world, options.ranks_per_case, watcher, interrupts)
-    return agreed(world, lambda: close(command, old | dict(zip(labels, results, strict=True))))
+    quiet, each = command.options.quiet, command.ranks_per_case
+    agenda = agreed(world, lambda: draw_up(command, case.mesh_plan))
+    if world.rank == 0:
+        announce(command, agenda, world.size)
+    labels = [job.label for job in agenda.jobs]
+    with watch(quiet or world.rank > 0)(labels, len(agenda.known), world.size // each) as watcher:
+        results = solve_jobs(agenda.jobs, case.solve_case, world, each, watcher, interrupts)
+    return agreed(world, lambda: close(command, agenda, dict(zip(labels, results, strict=True))))
 
 
 def watch(quiet: bool) -> type[Quiet]:
@@ -105,60 +109,52 @@ def watch(quiet: bool) -> type[Quiet]:
     return Quiet if quiet else Plain
 
 
-def plan(command: Command, mesh_plan: Callable[..., Any]) -> tuple[list[Job], dict[str, Result]]:
-    """The cases to solve, and by label the results that are there already, those of cases not chosen among them."""
-    jobs: list[Job] = []
-    old: dict[str, Result] = {}
-    for order in command.orders:
-        layers, before = mesh_plan(order.study.cases), len(jobs)
-        names = {case.name for case in order.chosen}
-        for case in order.study.cases:
-            label, folder, key = command.label(order, case), order.out / case.name, input_key(case, layers)
-            chosen, notes = case.name in names, list[str]()
-            result = None if chosen and command.options.fresh else finished(folder, key, notes.append)
-            if result is not None:
-                old[label] = result
-            elif chosen:
-                jobs.append(Job(label, case, folder, layers, key, source_hash(), tuple(notes)))
-        if len(jobs) > before:
-            forget_tables(order.out)
-    return jobs, old
-
-
-def announce(command: Command, ranks: int, cases: int, old: Mapping[str, Result]) -> None:
-    """Say which cases need not be solved, and how the others are spread over the ranks."""
-    labels = [command.label(order, case) for order in command.orders for case in order.chosen]
-    if served := [label for label in labels if label in old]:
-        say(f"already solved: {', '.join(served[:10])}{', ...' * (len(served) > 10)} (--fresh solves them again)")
-    if cases and ranks > 1:
-        each = command.options.ranks_per_case
+def announce(command: Command, agenda: Agenda, ranks: int) -> None:
+    """Say which cases need not be solved, and how the others are spread over the ranks; if quiet, of failures only."""
+    known = {label: result for label, result in agenda.known.items() if label not in agenda.sources}
+    failed = {label: result["reason"] for label, result in agenda.known.items() if result["status"] != "solved"}
+    if command.options.quiet:
+        for label, reason in failed.items():
+            say(f"cellmech: {label}: failed before: {reason} (--fresh tries again)", sys.stderr)
+        return
+    say_names("already solved", (label for label in known if label not in failed), " (--fresh solves them again)")
+    say_names("failed before", (label for label in known if label in failed), " (--fresh tries again)")
+    for folder in dict.fromkeys(source.parent for source in agenda.sources.values()):
+        here = (label for label, source in agenda.sources.items() if source.parent == folder)
+        say_names(f"taken over from {folder}", here, " (--fresh solves them here)")
+    say_names("the same case, solved once", (f"{job.label} = {twin.label}" for twin, job in agenda.twins))
+    if (cases := len(agenda.jobs)) and ranks > 1:
+        each = command.ranks_per_case
         busy = min(ranks // each, cases)
         idle = f"; {ranks - busy * each} idle" if ranks > busy * each else ""
         say(f"{cases} to solve on {ranks} MPI ranks: {busy} at a time, {each} rank{'s' * (each > 1)} each{idle}")
 
 
-def close(command: Command, results: Mapping[str, Result]) -> int:
+def say_names(what: str, labels: Iterable[str], hint: str = "") -> None:
+    """Say something of cases, if there are any."""
+    if names := list(labels):
+        say(f"{what}: {', '.join(names[:10])}{', ...' * (len(names) > 10)}{hint}")
+
+
+def close(command: Command, agenda: Agenda, solved: Mapping[str, Result]) -> int:
     """Write the tables, print them in short; the exit status.
 
     Raises:
         CellmechError: the tables cannot be written.
     """
-    failed = 0
-    for order in command.orders:
-        cases = [case for case in order.study.cases if command.label(order, case) in results]
-        here = [results[command.label(order, case)] for case in cases]
-        try:
-            write_tables(order.out, cases, here)
-        except OSError as error:
-            raise CellmechError(f"{order.out}: the summary cannot be written ({error.strerror})") from None
-        bad = sum(result["status"] != "solved" for result in here)
-        failed += bad
+    shared = {twin.label: share_with_twin(twin, job, solved[job.label]) for twin, job in agenda.twins}
+    results = {**agenda.known, **solved, **shared}
+    for order, keys in zip(command.orders, agenda.keys, strict=True):
+        known = {case.name: results[command.label(order, case)] for case in order.chosen}
+        here = merge_tables(order.out, order.study.cases, keys, known)
         if not command.options.quiet:
-            table = results_table([case.name for case in cases], here)
+            table = results_table(list(here), list(here.values()))
             say(f"\n{order.study.title}: largest values in the nucleus at the end\n{table}\n")
+        good = sum(result["status"] == "solved" for result in here.values())
+        left = f", {more} not yet" if (more := len(order.study.cases) - len(here)) else ""
         files = f"{SUMMARY} and a folder per case in {order.out}{os.sep}"
-        say(f"{order.study.stem}: {len(here) - bad} of {len(here)} cases solved; {files}")
-    return int(failed > 0)
+        say(f"{order.study.stem}: {good} of {len(here)} cases solved{left}; {files}")
+    return int(any(result["status"] != "solved" for result in results.values()))
 
 
 def main(arguments: Sequence[str] | None = None, load: Callable[[], Any] = load_case) -> int:

@@ -1,4 +1,4 @@
-"""Cases over MPI ranks: groups of ranks take cases in turn, world rank 0 hears how they get on.
+"""Cases over MPI ranks: each group of ranks takes the next case when it is free, world rank 0 hears how they get on.
 
 What a case computes never depends on the group that has it.
 """
@@ -8,14 +8,16 @@ from __future__ import annotations
 import sys
 import time
 import traceback
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 from mpi4py import MPI
 
+from cellmech.archive import INTERNAL, RESULT
 from cellmech.errors import CellmechError
+from cellmech.handout import Counter
 from cellmech.interrupts import Interrupts
 from cellmech.post import PAUSE_S, Post, Result, Watcher
 from cellmech.records import CaseFolder, json_text, write_whole
@@ -52,13 +54,8 @@ class Job:
     notes: tuple[str, ...] = ()
 
 
-def share(count: int, groups: int, group: int) -> Iterable[int]:
-    """The numbers of the cases that a group solves."""
-    return range(group, count, groups)
-
-
 def solve_jobs(
-    jobs: list[Job], solve: Solve, world: MPI.Comm, ranks_per_case: int, watcher: Watcher, interrupts: Interrupts
+    jobs: list[Job], solve: Solve, world: MPI.Intracomm, ranks_per_case: int, watcher: Watcher, interrupts: Interrupts
 ) -> list[Result]:
     """Solve the cases, each on so many ranks, and write their files. Collective on world.
 
@@ -75,15 +72,22 @@ def solve_jobs(
     """
     groups = world.size // ranks_per_case
     group = world.rank // ranks_per_case
-    post = Post(world, watcher)
+    post, counter = Post(world, watcher), Counter(world)
     comm = world.Split(group if group < groups else MPI.UNDEFINED, world.rank)
     if comm != MPI.COMM_NULL:
         together = comm.Dup()  # a rank that has failed must not speak where the others still solve
-        for index in share(len(jobs), groups, group):
+        for index in hand_out(len(jobs), counter, together):
             _Attempt(index, jobs[index], comm, together, post, interrupts).run(solve)
         together.Free()
     post.close(len(jobs))
+    counter.close()
     return [post.results[index] for index in range(len(jobs))] if world.rank == 0 else []
+
+
+def hand_out(count: int, counter: Counter, group: MPI.Comm) -> Iterator[int]:
+    """The numbers below `count` that fall to a group, each when it asks for it. Collective on the group."""
+    while (index := group.bcast(counter.take() if group.rank == 0 else count)) < count:
+        yield index
 
 
 class _Attempt:
@@ -106,7 +110,7 @@ class _Attempt:
             reason = str(error)
         except Exception as error:
             text = " ".join(str(error).split())  # one line; PETSc's have many
-            reason, trace = f"internal error: {type(error).__name__}: {text}", traceback.format_exc()
+            reason, trace = f"{INTERNAL}: {type(error).__name__}: {text}", traceback.format_exc()
         reason, trace = self._agree(reason, trace)
         if reason or result is None:
             result = self._complete(
@@ -118,13 +122,12 @@ class _Attempt:
             self.post.finished(self.index, result)
 
     def _solve(self, solve: Solve) -> Result:
-        folder = CaseFolder(self.job.folder, self.lead)
+        folder = CaseFolder(self.job.folder, self.lead, self.job.key)
         try:
             for note in self.job.notes:
                 folder.log(note)
             result = self._complete(solve(self.job.case, folder, self.comm, self.job.plan, self._report))
-            folder.flush(force=True)
-            folder.write_json("result.json", result)
+            folder.finish(result)
             return result
         finally:
             folder.close()
@@ -159,7 +162,7 @@ class _Attempt:
         """Leave on disk what is known of a case that fell over; if the disk is what failed, in the result only."""
         _append(self.job.folder / "run.log", f"failed: {result['reason']}\n{trace}")
         try:
-            write_whole(self.job.folder / "result.json", json_text(result))
+            write_whole(self.job.folder / RESULT, json_text(result))
         except OSError as error:
             result["reason"] += f" (and result.json cannot be written: {error})"
 

@@ -22,6 +22,7 @@ BAD = {
     "too many ranks": ("", ["--ranks-per-case", "2"], ["--ranks-per-case", "number of MPI ranks, 1; got 2"]),
     "no rank": ("", ["--ranks-per-case", "0"], ["--ranks-per-case", "from 1 to", "got 0"]),
     "rank no number": ("", ["--ranks-per-case", "two"], ["--ranks-per-case", "'two'"]),
+    "shard": ("", ["--shard", "3/2"], ["--shard: must be I/N", "got '3/2'", "--shard 2/3"]),
     "missing file": ("", ["other.toml"], ["other.toml: there is no such file"]),
     "results below a file": ("", ["--out", "my.toml/here"], ["--out", "must be a folder", "my.toml/here"]),
     "results on a file": ("", ["--out", "my.toml"], ["--out", "must be a folder", "my.toml"]),

@@ -67,13 +67,6 @@ def test_files_and_keys_are_those_of_the_interface(serial):
 
 
 @pytest.mark.mpi
-def test_summary_is_equal_byte_for_byte_when_each_rank_has_a_case(serial, folder):
-    outcome = program(FIG2, *COARSE, "--only", "yeoh", "--only", "neo-hookean", "--out", "out", ranks=2)
-    assert outcome.status == 0
-    assert Path("out/summary.csv").read_bytes() == (serial / "summary.csv").read_bytes()
-
-
-@pytest.mark.mpi
 def test_case_on_two_ranks_equals_serial(serial, folder):
     arguments = (*COARSE, "--only", "yeoh", "--out", "out", "--ranks-per-case", 2)
     assert program(FIG2, *arguments, ranks=2).status == 0

@@ -18,6 +18,10 @@ def ranks_of(*names):
     return [json.loads(Path(f"results/my/{name}/result.json").read_text())["ranks"] for name in names]
 
 
+def solver(name):
+    return json.loads(Path(f"results/my/{name}/result.json").read_text())["versions"]["world rank"]
+
+
 def test_summary_does_not_depend_on_the_ranks(folder):
     Path("my.toml").write_text(cases("a", "b", "fails", "c", "d"))
     assert fake("my.toml", "--out", "serial").status == 1
@@ -36,11 +40,39 @@ def test_groups_share_a_case_and_ranks_left_over_are_idle(folder):
     assert Path("results/my/a/run.log").read_text() == "law neo-hookean on 2\n"
 
 
-def test_more_ranks_than_cases(folder):
+def test_group_that_is_free_takes_the_next_case_and_nobody_waits_for_the_slow_one(folder):
+    names = ["last of 8", *"abcdefg"]  # the first case ends when all others have
+    Path("my.toml").write_text(cases(*names))
+    assert fake("my.toml", "--ranks-per-case", 1, ranks=3).status == 0
+    slow, *quick = [solver(name) for name in names]
+    assert slow not in quick
+
+
+def test_number_is_handed_out_while_rank_0_computes(folder):
+    code = (
+        "import time\nfrom mpi4py import MPI\nfrom cellmech.handout import Counter\n"
+        "world = MPI.COMM_WORLD\ncounter = Counter(world)\nstart = time.monotonic()\n"
+        "while world.rank == 0 and time.monotonic() < start + 2.0: pass\n"
+        "taken = [counter.take() for _ in range(50)]\nends = world.gather((time.monotonic(), taken))\ncounter.close()\n"
+        "if world.rank == 0: print(*[end < start + 2.0 for end, _ in ends], sorted(sum((t for _, t in ends), [])))"
+    )
+    outcome = program(program=("-c", code), ranks=3)
+    assert (outcome.out, outcome.status) == (f"False True True {list(range(150))}\n", 0)
+
+
+def test_ranks_share_the_cases_where_these_are_fewer(folder):
     Path("my.toml").write_text(cases("a"))
     outcome = fake("my.toml", ranks=3)
-    assert (outcome.status, ranks_of("a")) == (0, [1])
-    assert "1 to solve on 3 MPI ranks: 1 at a time, 1 rank each; 2 idle" in outcome.out
+    assert (outcome.status, ranks_of("a")) == (0, [3])
+    assert "1 to solve on 3 MPI ranks: 1 at a time, 3 ranks each\n" in outcome.out
+
+
+def test_ranks_of_a_case_do_not_depend_on_what_is_solved_already(folder):
+    Path("my.toml").write_text(cases("a", "b", "c"))
+    assert fake("my.toml", "--only", "a", "--only", "b").status == 0
+    outcome = fake("my.toml", ranks=2)
+    assert (outcome.status, ranks_of("c")) == (0, [1])
+    assert "1 to solve on 2 MPI ranks: 1 at a time, 1 rank each; 1 idle\n" in outcome.out
 
 
 def test_second_run_serves_on_another_number_of_ranks(folder):

@@ -26,9 +26,9 @@ def clock():
     return Clock()
 
 
-def at(share, case="a"):
+def at(share, step=1):
     """Where a case is after a share of its steps, whose number goes with the cube root of time."""
-    return Progress(case, 18000.0 * share**3, 18000.0, 7, 21)
+    return Progress("a", 18000.0 * share**3, 18000.0, step, 21)
 
 
 SOLVED = {"status": "solved", "reason": "", "steps": 9, "wall_s": 12.345}
@@ -60,6 +60,18 @@ def test_time_left_comes_from_the_running_cases_then_from_the_finished(clock):
     assert tally.left_s() == pytest.approx(20 / 2)  # overdue is not less than nothing
 
 
+def test_time_left_of_a_case_that_goes_on_from_a_checkpoint_counts_what_is_done_here(clock):
+    tally = Quiet(["a", "b"], served=0, groups=1, clock=clock)
+    tally.started(0)
+    tally.progressed(0, at(40 / 80, step=40))  # 39 steps are an earlier run's
+    clock.now = 10.0
+    tally.progressed(0, at(59 / 80, step=59))
+    assert tally.left_s() == pytest.approx(10 * 21 / 20 + 40)  # 2 steps a second, 80 in all
+    clock.now = 20.5
+    tally.finished(0, SOLVED)
+    assert tally.left_s() == pytest.approx(40)
+
+
 @pytest.mark.parametrize(
     ("seconds", "text"), [(0.4, "0 s"), (99.4, "99 s"), (100, "2 min"), (3599, "1 h 0 min"), (7800, "2 h 10 min")]
 )
@@ -76,7 +88,7 @@ def test_plain_prints_the_ends_and_a_line_now_and_then(clock, capsys):
         lines.tick()
     lines.finished(0, SOLVED)
     assert LINE_EVERY_S == 10
-    where = "a: t = {} of 18000 s, step 7, Newton 21"
+    where = "a: t = {} of 18000 s, step 1, Newton 21"
     assert capsys.readouterr().out.splitlines() == [
         "0 of 2 cases done, 1 running, 1 waiting, about 90 s left; " + where.format(144),
         "0 of 2 cases done, 1 running, 1 waiting, about 80 s left; " + where.format(1152),

@@ -99,9 +99,9 @@ def test_several_studies_have_a_folder_each(fake, my, out):
     my("a", "b", name="two.toml")
     outcome = fake("one.toml", "two.toml", *out)
     base = "here" if out else "results"
-    assert fake.solved == ("a", "a", "b")
+    assert fake.solved == ("a", "b")  # a is the same case in both
     assert [len(table(f"{base}/{name}/summary.csv")) for name in ("one", "two")] == [1, 2]
-    assert "[2/3] two/a: solved" in outcome.out
+    assert "[2/2] two/b: solved" in outcome.out
 
 
 def test_same_name_in_two_folders_is_refused(my):
@@ -186,11 +186,60 @@ def test_title_alone_changes_nothing(fake, my):
     assert fake.solved == ()
 
 
-def test_failed_case_is_tried_again(fake, my):
-    my("a", "fails")
+def test_physical_failure_is_served_as_one_and_tried_again_when_told(fake, my):
+    my("a", "fails", "mesh")
+    fake("my.toml")
+    summary = Path("results/my/summary.csv").read_bytes()
+    outcome = fake("my.toml")
+    assert (outcome.status, fake.solved) == (1, ())
+    assert (
+        "already solved: a (--fresh solves them again)\nfailed before: fails, mesh (--fresh tries again)" in outcome.out
+    )
+    assert "fails failed: no equilibrium beyond t = 40 s" in outcome.out
+    assert Path("results/my/summary.csv").read_bytes() == summary
+    outcome = fake("my.toml", "--quiet", "--only", "fails")
+    assert outcome.err == "cellmech: fails: failed before: no equilibrium beyond t = 40 s (--fresh tries again)\n"
+    fake("my.toml", "--fresh", "--only", "fails")
+    assert fake.solved == ("fails",)
+
+
+def test_internal_error_is_tried_again(fake, my):
+    my("a", "bug")
     fake("my.toml")
     assert fake("my.toml").status == 1
-    assert fake.solved == ("fails",)
+    assert fake.solved == ("bug",)
+    log = Path("results/my/bug/run.log").read_text()
+    assert log.startswith("an earlier run failed (internal error: ZeroDivisionError: one over nothing): tried again\n")
+
+
+def test_status_is_of_the_chosen_cases_and_the_table_of_all(fake, my):
+    my("a", "bug", "c")
+    fake("my.toml", "--only", "bug")
+    outcome = fake("my.toml", "--only", "a")
+    assert (outcome.status, fake.solved) == (0, ("a",))
+    assert [(row["case"], row["status"]) for row in table("results/my/summary.csv")] == [
+        ("a", "solved"),
+        ("bug", "failed"),
+    ]
+    assert outcome.out.endswith(
+        "my: 1 of 2 cases solved, 1 not yet; summary.csv and a folder per case in results/my/\n"
+    )
+
+
+def test_fresh_forgets_the_chosen_results_before_anything_starts(fake, my, monkeypatch):
+    my("a", "b", "c")
+    fake("my.toml")
+    for name in "abc":
+        Path(f"results/my/{name}/checkpoint.npz").touch()
+    left, before = [], fake_case.solve_case
+
+    def solve_case(*arguments):
+        left.append({str(path.parent.name) for path in Path("results/my").glob("*/[rc]*[nz]") if path.suffix != ".log"})
+        return before(*arguments)
+
+    monkeypatch.setattr(fake_case, "solve_case", solve_case)
+    fake("my.toml", "--fresh", "--only", "a", "--only", "b")
+    assert left == [{"c"}, {"a", "c"}]
 
 
 @pytest.mark.parametrize("content", ['{"schema": 1, "status": "sol', "[1, 2]", '{"status": "solved"}', "\udcff", ""])
@@ -273,7 +322,7 @@ def test_files_of_a_case(fake, my):
     my("a")
     fake("my.toml")
     assert sorted(tree(Path("results/my"))) == [
-        "a", "a/history.csv", "a/result.json", "a/run.log", "a/scene.toml", "summary.csv", "timings.csv",
+        ".lock", "a", "a/history.csv", "a/result.json", "a/run.log", "a/scene.toml", "summary.csv", "timings.csv",
     ]  # fmt: skip
     assert [row["t_s"] for row in table("results/my/a/history.csv")] == ["10.0", "20.0", "30.0", "40.0", "50.0"]
     assert {key: result("a")[key] for key in ("schema", "case", "status", "reason")} == {

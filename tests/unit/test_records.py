@@ -235,8 +235,8 @@ def test_source_hash_sees_every_module(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("content", "why"),
     [
-        ('{"status": "solved", "input_hash": "k2"}', "other inputs"),
-        ('{"status": "failed", "reason": "slides", "input_hash": "k"}', r"failed \(slides\)"),
+        ('{"status": "solved", "reason": "", "input_hash": "k2"}', "other inputs"),
+        ('{"status": "failed", "reason": "internal error: X", "input_hash": "k"}', r"failed \(internal error: X\)"),
         ('{"status": "solved", "input_ha', "cannot be read"),
         ('"solved"', "not one of this program's"),
         ("[" * 100_000, "cannot be read"),
@@ -254,7 +254,7 @@ def test_solved_result_is_served_in_silence(tmp_path):
     notes = []
     assert finished(tmp_path / "missing", "k", notes.append) is None
     folder = CaseFolder(tmp_path / "case", lead=True)
-    stored = {"status": "solved", "input_hash": "k", "x": 0.1 + 0.2, "law": "µ"}
+    stored = {"status": "solved", "reason": "", "input_hash": "k", "x": 0.1 + 0.2, "law": "µ"}
     folder.write_json("result.json", stored)
     folder.close()
     assert finished(folder.path, "k", notes.append) == stored

@@ -1,6 +1,5 @@
 """Cases over ranks, here on one; the same under mpirun is in tests/cli."""
 
-import itertools
 import json
 import signal
 
@@ -8,10 +7,11 @@ import pytest
 from mpi4py import MPI
 
 from cellmech.errors import SolveError
+from cellmech.handout import Counter
 from cellmech.interrupts import Interrupted, Interrupts
 from cellmech.scene import Scene
 from cellmech.study_file import Case
-from cellmech.sweep import Job, share, solve_jobs
+from cellmech.sweep import Job, hand_out, solve_jobs
 
 
 class Watcher:
@@ -45,12 +45,12 @@ def sweep(tmp_path):
     return run
 
 
-@pytest.mark.parametrize(("count", "groups"), [(0, 1), (7, 1), (7, 3), (2, 5), (6, 3)])
-def test_every_case_has_exactly_one_group(count, groups):
-    shares = [list(share(count, groups, group)) for group in range(groups)]
-    assert sorted(itertools.chain(*shares)) == list(range(count))
-    assert max(map(len, shares)) - min(map(len, shares)) <= 1
-    assert all(share == sorted(share) for share in shares)
+def test_counter_counts_and_a_group_gets_what_is_left():
+    counter = Counter(MPI.COMM_SELF)
+    assert [counter.take() for _ in range(3)] == [0, 1, 2]
+    assert list(hand_out(6, counter, MPI.COMM_SELF)) == [3, 4, 5]
+    assert list(hand_out(6, counter, MPI.COMM_SELF)) == []
+    counter.close()
 
 
 def test_cases_are_solved_told_of_and_recorded(sweep, tmp_path):

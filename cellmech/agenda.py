@@ -1,0 +1,100 @@
+"""What a command line leaves to do: each case is solved once, and not at all if its outcome is known."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from cellmech.archive import INTERNAL, Result, finished, forget, input_key, merge_tables, source_hash
+from cellmech.command import Command
+from cellmech.errors import CellmechError
+from cellmech.reuse import solved_beside, take_over
+from cellmech.sweep import Job
+
+
+@dataclass
+class Agenda:
+    """The cases of a command line that are chosen, sorted by what is to be done.
+
+    Args:
+        jobs: to solve.
+        known: results that are there, by label.
+        sources: the folder that a result in `known` has been taken over from, by label.
+        twins: cases with the same key as a job, which is the second of the pair.
+        keys: for each order the `input_key` of all its study's cases, by name.
+    """
+
+    jobs: list[Job] = field(default_factory=list)
+    known: dict[str, Result] = field(default_factory=dict)
+    sources: dict[str, Path] = field(default_factory=dict)
+    twins: list[tuple[Job, Job]] = field(default_factory=list)
+    keys: list[dict[str, str]] = field(default_factory=list)
+
+
+def draw_up(command: Command, mesh_plan: Callable[..., Any]) -> Agenda:
+    """Sort the cases by what is on disk, take over what is solved elsewhere, bring the tables up to it.
+
+    Raises:
+        CellmechError: the disk refuses.
+    """
+    agenda = Agenda()
+    try:
+        chosen = _chosen(command, mesh_plan, agenda.keys)
+        if command.options.fresh:
+            for job in chosen:
+                forget(job.folder)
+        _sort(chosen, agenda, command.options.fresh)
+    except OSError as error:
+        raise CellmechError(f"{error.filename}: {error.strerror}") from None
+    for order, keys in zip(command.orders, agenda.keys, strict=True):
+        merge_tables(order.out, order.study.cases, keys, {})  # those of before would belie what now changes
+    return agenda
+
+
+def _chosen(command: Command, mesh_plan: Callable[..., Any], all_keys: list[dict[str, str]]) -> list[Job]:
+    jobs = []
+    for order in command.orders:
+        layers = mesh_plan(order.study.cases)
+        keys = {case.name: input_key(case, layers) for case in order.study.cases}
+        all_keys.append(keys)
+        for case in order.chosen:
+            label, folder = command.label(order, case), order.out / case.name
+            jobs.append(Job(label, case, folder, layers, keys[case.name], source_hash()))
+    return jobs
+
+
+def _sort(chosen: list[Job], agenda: Agenda, fresh: bool) -> None:
+    first: dict[str, Job] = {}
+    beside: dict[Path, dict[str, Path]] = {}
+    for job in chosen:
+        notes: list[str] = []
+        result, source = finished(job.folder, job.key, notes.append), None
+        if result is None and not fresh and job.key not in first:
+            out = job.folder.parent
+            if out not in beside:
+                beside[out] = solved_beside(out)
+            if (source := beside[out].get(job.key)) is not None:
+                with suppress(OSError):  # it is solved then; a disk that refuses will say so again
+                    result = take_over(source, job.case, job.folder, job.key)
+        if result is not None:
+            agenda.known[job.label] = result
+            if source is not None:
+                agenda.sources[job.label] = source
+        elif job.key in first:
+            agenda.twins.append((job, first[job.key]))
+        else:
+            first[job.key] = job
+            agenda.jobs.append(replace(job, notes=tuple(notes)))
+
+
+def share_with_twin(twin: Job, job: Job, result: Result) -> Result:
+    """What a job has brought for a case with the same key: its files too, unless it will be tried again."""
+    try:
+        copied = take_over(job.folder, twin.case, twin.folder, twin.key)
+    except OSError as error:
+        result = {**result, "status": "failed", "reason": f"{INTERNAL}: {job.folder} cannot be copied ({error})"}
+        copied = None
+    return copied or {**result, "case": twin.case.name}
