@@ -104,7 +104,7 @@ def _mixture(domain: Domain, names: tuple[str, ...], materials: Mapping[str, Mat
     coefficients = {}
     for key in keys:
         values = {name: numbers[key] for name, numbers in members.items()}
-        if len(set(values.values())) == 1:
+        if len(values) == 1 or (blend is not None and len(set(values.values())) == 1):
             coefficients[key] = fem.Constant(domain.mesh, float(next(iter(values.values()))))
         elif blend is not None:
             coefficients[key] = sum(fem.Constant(domain.mesh, float(values[n])) * blend[n] for n in values)
