@@ -1,0 +1,213 @@
+"""The page: figures, comparison, audit, run statistics and provenance in one HTML file that needs nothing else."""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup, escape
+
+from cellmech.errors import InputError
+from cellmech.paper.comparison import HOW, Comparison
+from cellmech.paper.markup import markdown_html
+from cellmech.paper.ours import Slot
+from cellmech.paper.pictures import Picture, embed
+from cellmech.paper.places import TABLE_NAMES
+from cellmech.paper.section import TONES, significant, verdict
+from cellmech.paper.views import bars, extremes, lanes, matrices, ticks
+
+FIGURES = {  # stem -> what it is, what it must show
+    "fig1": ("The cell at rest on its micropillar", "Four layers: membrane, cytosol, lamina, nucleoplasm."),
+    "fig2": (
+        "Four material laws: stress and strain in the nucleus over time",
+        "Flat curves once the ramp is over at 10,000 s. The paper's values are marked where its text gives them.",
+    ),
+    "fig3": (
+        "Four material laws: the cell at 18,000 s",
+        "The cell at rest on the pillar, its weight carried by contact.",
+    ),
+    "fig4": (
+        "Fluid fractions of lamina and nucleoplasm",
+        "All 25 combinations, the one the paper could not solve included. Print and ours: where each is largest.",
+    ),
+    "fig5": (
+        "The cell at the largest strains of the two sweeps",
+        "a: fluid fractions 0.7 and 0.9. b: moduli 1000 and 10 Pa.",
+    ),
+    "fig6": ("Young's moduli of lamina and nucleoplasm", "All 25 combinations. Print and ours: where each is largest."),
+    "fig7": (
+        "S1, S2, S3 at 24,000 s",
+        "A nucleus softened step by step. S1 must be the Saint-Venant cell of Figure 3: nothing moves after the ramp.",
+    ),
+}
+OTHERS = ("audit", "calibrated")  # figures that begin so belong to the audit
+STUDIES = {"fig2": "four laws", "fig4": "fluid fractions", "fig6": "moduli", "table3": "S1, S2, S3 (Figure 7, Table 3)"}
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A figure of the page; without a picture it is said to be missing."""
+
+    stem: str
+    name: str
+    title: str
+    text: str
+    picture: Picture | None
+
+
+@dataclass(frozen=True)
+class Tile:
+    """A number to remember."""
+
+    value: str
+    label: str
+    good: bool | None = None
+
+
+@dataclass(frozen=True)
+class Runs:
+    """What a study took."""
+
+    name: str
+    cases: int
+    solved: int
+    steps: int
+    newton: int
+    wall_s: float
+    cells: str
+
+
+def report_html(results: Path, comparison: Comparison) -> str:
+    """The page.
+
+    Args:
+        results: the folder with the studies, and with the pictures in `figures`.
+        comparison: of these results.
+
+    Raises:
+        InputError: for a picture or an audit that cannot be read.
+    """
+    folder = Path(__file__).parent
+    environment = Environment(
+        loader=FileSystemLoader(folder),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["pretty"] = pretty
+    pictures, runs = results / "figures", [*map(_runs, comparison.ours.slots.items())]
+    chart, length = bars(comparison.rows)
+    return environment.get_template("report.html.j2").render(
+        figures=[_shown(pictures, stem) for stem in FIGURES],
+        further=_further(pictures, audit=False),
+        tiles=tiles(comparison, runs),
+        reading=comparison.reading(),
+        faults=comparison.ours.unsolved(),
+        lanes=lanes(comparison),
+        ticks=ticks(),
+        tables=TABLE_NAMES,
+        matrices=matrices(comparison),
+        extremes=extremes(comparison.places),
+        verdict=verdict,
+        tones=TONES,
+        how=HOW,
+        sections=comparison.sections(),
+        bars=chart,
+        bar_ticks=[(100 * pa / length, pa) for pa in range(0, int(length) + 1, max(1, round(length / 8)))],
+        audit=_audit(pictures),
+        audit_figures=_further(pictures, audit=True),
+        runs=runs,
+        total=_total(runs),
+        duration=duration,
+        provenance=comparison.provenance(),
+    )
+
+
+def tiles(comparison: Comparison, runs: Sequence[Runs]) -> list[Tile]:
+    """The numbers to remember."""
+    total = _total(runs)
+    slot = comparison.ours.find("fig4", "", comparison.paper.not_converged)
+    (same, known), (bad, rows) = comparison.extremes(), comparison.impossible()
+    return [
+        Tile(f"{total.solved} of {total.cases}", "simulations solved", total.solved == total.cases),
+        Tile(slot.status, "the one case the paper could not solve", slot.status == "solved"),
+        Tile(f"{total.newton:,}", "Newton iterations"),
+        Tile(duration(total.wall_s), "solving time, all cases added up"),
+        Tile(f"× {significant(comparison.median_ratio('sigma'), 2)}", "typical stress, ours over printed"),
+        Tile(f"× {significant(comparison.median_ratio('J1'), 2)}", "typical strain J1 − 2, ours over printed"),
+        Tile(f"{same} of {known}", "largest and smallest values where the paper has them"),
+        Tile(f"{bad} of {rows}", "printed rows that no load can produce"),
+    ]
+
+
+def pretty(text: str) -> Markup:
+    """Text with the indices of symbols set low (σ_Mises, c_f,l, E_np, J1, q0), and values kept in one line."""
+    text = text.replace(" = ", "\u00a0=\u00a0").replace(" Pa", "\u00a0Pa")
+    low = re.sub(r"\b([σcE])_([A-Za-z]+(?:,[a-z]+)?)", r"\1<sub>\2</sub>", str(escape(text)))
+    return Markup(re.sub(r"\b([Jq])([0-3])(?![0-9A-Za-z])", r"\1<sub>\2</sub>", low))
+
+
+def duration(seconds: float) -> str:
+    """A time for people."""
+    if not math.isfinite(seconds):
+        return "–"
+    if seconds < 100:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 6000 else f"{seconds / 3600:.1f} h"
+
+
+def _runs(item: tuple[str, Sequence[Slot]]) -> Runs:
+    table, slots = item
+    cases = [slot.case for slot in slots if slot.case is not None]
+
+    def total(key: str) -> float:
+        return sum(value for case in cases if math.isfinite(value := case.number(key)))
+
+    cells = sorted({f"{case.number('mesh_cells'):,.0f}" for case in cases})
+    solved = sum(slot.status == "solved" for slot in slots)
+    counts = int(total("steps")), int(total("newton_iterations"))
+    return Runs(STUDIES[table], len(slots), solved, *counts, total("wall_s"), ", ".join(cells))
+
+
+def _total(runs: Sequence[Runs]) -> Runs:
+    cases, solved, steps, newton = (
+        sum(getattr(run, name) for run in runs) for name in ("cases", "solved", "steps", "newton")
+    )
+    return Runs("all", cases, solved, steps, newton, sum(run.wall_s for run in runs), "")
+
+
+def _shown(folder: Path, stem: str) -> Shown:
+    title, text = FIGURES[stem]
+    return Shown(stem, f"Figure {stem.removeprefix('fig')}", title, text, embed(folder / f"{stem}.png"))
+
+
+def _further(folder: Path, audit: bool) -> list[Shown]:
+    """Pictures beside those of the paper: the audit's, or all others."""
+    paths = sorted(path for path in folder.glob("*.png") if path.stem not in FIGURES and not path.name.startswith("."))
+    of = [path for path in paths if path.stem.startswith(OTHERS) is audit]
+    return [Shown(path.stem, path.stem.replace("_", " ").replace("-", " "), "", "", embed(path)) for path in of]
+
+
+def _audit(folder: Path) -> Markup | None:
+    """The audit's own words and tables; None when there is none."""
+    text, table = folder / "audit.md", folder / "audit.csv"
+    try:
+        if text.is_file():
+            return markdown_html(text.read_text(encoding="utf-8"))
+        if table.is_file():
+            with open(table, encoding="utf-8", newline="") as stream:
+                return markdown_html("\n".join(_lines(csv.reader(stream))))
+    except (OSError, ValueError, csv.Error) as error:
+        raise InputError(str(folder), "audit", f"cannot be read ({error})") from None
+    return None
+
+
+def _lines(rows: Iterable[Sequence[str]]) -> Iterable[str]:
+    for row in rows:
+        yield f"| {' | '.join(cell.replace('|', '/') for cell in row)} |"
