@@ -1,10 +1,23 @@
 # `make study` and `make test` are all a fresh Debian 12 or 13 machine needs: each does the set-up that is missing first.
-# N: number of MPI ranks; ARGS: further arguments, e.g. make study ARGS="--set load.factor=2".
+# N: number of MPI ranks. RESULTS: folder of all results. SETTINGS: overrides for every case, such as
+# SETTINGS="mesh.size_um=2 load.factor=2". ARGS: further arguments of a study or of the tests, such as ARGS=--fresh.
 N ?= 2
+RESULTS ?= results
+SETTINGS ?=
 ARGS ?=
+FIGURES = $(RESULTS)/figures
+SETUP := tools/setup.sh
 PYTHON := .venv/bin/python
 STUDY := mpirun -n $(N) $(PYTHON) -m cellmech.study
 PLOTS := $(PYTHON) -m cellmech.plots
+PAPER := $(PYTHON) -m cellmech.paper
+WITH = $(if $(SETTINGS),--set $(SETTINGS)) $(ARGS)
+
+# The paper's 57 runs; what has the same cases and takes them over; all that is drawn and tabulated.
+RUNS := fig2 fig4 fig6 fig7
+TAKEN_OVER := fig3 fig5 table3
+DRAWN := fig1 fig2 fig3 fig4 fig5 fig6 fig7 table1 table2 table3 table-fig2
+CALIBRATED := $(patsubst studies/%.toml,%,$(wildcard studies/calibrated*.toml))
 
 # One thread a rank: the ranks are the parallelism.
 export OMP_NUM_THREADS := 1
@@ -27,27 +40,80 @@ export PYTHONNOUSERSITE := 1
 unexport PYTHONPATH PYTHONHOME PETSC_DIR PETSC_ARCH SLEPC_DIR
 
 .DEFAULT_GOAL := help
-.PHONY: help setup study test fig1 fig2 fig3 lint check bench clean
+.NOTPARALLEL:
+.PHONY: help setup study test paper paper-runs taken-over figures-smoke compare report audit calibrated
+.PHONY: fig1 fig2 fig3 fig4 fig5 fig6 fig7 table1 table2 table3 table-fig2 lint check bench clean
 MAKEFLAGS += --no-print-directory
+# A case that failed fails its study, and the figures that show the others and say so. So where goals follow each other
+# here, --keep-going tries them all, and then make fails.
 
 help: ## list the targets
-	@awk -F ':.*## ' '/^[a-z0-9 ]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z0-9 -]+:.*## / { printf "  make %-14s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 setup: ## install what is missing: Debian packages, then .venv
-	@tools/setup.sh
+	@$(SETUP)
 
 study: setup ## the main job: the four constitutive laws under Table 1, into results/fig2
-	$(STUDY) $(ARGS)
+	$(STUDY) studies/fig2.toml --out $(RESULTS)/fig2 $(WITH)
 
 test: setup ## all tests, the MPI ones included
 	$(PYTHON) -m pytest $(ARGS)
 
-fig1: setup ## Figure 1: the initial geometry
-	$(PLOTS) fig1 --out results/figures
+paper: ## the whole paper: 57 runs, every figure and table, the comparison, the report
+	@$(MAKE) --keep-going paper-runs taken-over $(DRAWN:%=draw-%) compare report
 
-fig2 fig3: setup ## Figure 2: curves, Figure 3: deformed cells; cases already solved are not solved again
-	$(STUDY) studies/fig2.toml
-	$(PLOTS) $@ --results results/fig2 --out results/figures
+paper-runs: setup ## the paper's 57 runs, without pictures
+	$(STUDY) $(RUNS:%=studies/%.toml) --out $(RESULTS) $(WITH)
+
+taken-over: setup
+	$(STUDY) $(TAKEN_OVER:%=studies/%.toml) --out $(RESULTS) $(WITH)
+
+# Cases that are solved already, in whichever study, are not solved again.
+fig1: draw-fig1 ## Figure 1: the initial geometry
+fig2: ## Figure 2: stress and strain against time, four laws
+fig3: ## Figure 3: deformed cells, four laws
+fig4: ## Figure 4: maps over the fluid fractions, 25 runs
+fig5: ## Figure 5: deformed cells at the largest strains of Figures 4 and 6
+fig6: ## Figure 6: maps over the moduli, 25 runs
+fig7: ## Figure 7: deformed cells in S1, S2, S3
+table1: draw-table1 ## Table 1: the parameters, beside the paper's
+table2: draw-table2 ## Table 2: what S1, S2, S3 are
+table-fig2: draw-table-fig2 ## the numbers of Figure 2 beside the paper's
+table3: ## Table 3: stress, strains and shape index in S1, S2, S3
+audit: ## which open inputs bring which printed numbers, into results/audit
+
+fig2 fig3 fig4 fig5 fig6 fig7 table3 audit:
+	@$(MAKE) --keep-going run-$@ draw-$@
+
+run-%: setup
+	$(STUDY) studies/$*.toml --out $(RESULTS)/$* $(WITH)
+
+draw-fig1 draw-table1 draw-table2: draw-%: setup
+	$(PLOTS) $* --out $(FIGURES)
+
+draw-table-fig2: setup
+	$(PLOTS) table-fig2 --results $(RESULTS)/fig2 --out $(FIGURES)
+
+draw-%: setup
+	$(PLOTS) $* --results $(RESULTS)/$* --out $(FIGURES)
+
+draw-audit compare report: setup
+	$(PAPER) $(@:draw-%=%) --results $(RESULTS)
+
+compare: ## every printed number beside ours, as Markdown and CSV
+report: ## one page with every figure, the comparison and the runs
+
+calibrated: ## the load fitted to the print: a study of its own, and its figures
+	@$(MAKE) --keep-going $(CALIBRATED:%=run-%) $(CALIBRATED:%=curves-%) $(CALIBRATED:%=shapes-%)
+
+$(CALIBRATED:%=curves-%): curves-%: setup
+	$(PLOTS) fig2 --study studies/$*.toml --results $(RESULTS)/$* --out $(FIGURES) --stem $*-curves
+
+$(CALIBRATED:%=shapes-%): shapes-%: setup
+	$(PLOTS) fig3 --study studies/$*.toml --results $(RESULTS)/$* --out $(FIGURES) --stem $*-shapes
+
+figures-smoke: ## all of `make paper` on a coarse mesh, in minutes, into results/smoke
+	@$(MAKE) paper RESULTS=results/smoke SETTINGS="mesh.size_um=2 time.rtol=1e-2"
 
 lint: setup ## ruff and mypy
 	$(PYTHON) -m ruff check .

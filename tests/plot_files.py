@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -13,6 +13,7 @@ import numpy as np
 
 from cellmech.scene import Scene
 from cellmech.scene_file import scene_to_toml
+from cellmech.study_file import Study
 
 LAWS = ("saint-venant", "neo-hookean", "mooney-rivlin", "yeoh")
 TIMES = np.array([0.0, 100.0, 1000.0, 5000.0, 10000.0, 18000.0])
@@ -40,6 +41,31 @@ def write_study(folder: Path, laws: tuple[str, ...] = LAWS, field: Field | None 
     return folder
 
 
+def write_sweep(folder: Path, study: Study, values: Callable[[int], Mapping[str, float]]) -> Path:
+    """Scenes and results of a study's cases, no more; `values` gives the nucleus's of the index-th case."""
+    for index, case in enumerate(study.cases):
+        (folder / case.name).mkdir(parents=True)
+        (folder / case.name / "scene.toml").write_text(scene_to_toml(case.scene))
+        result = numbers(case.name, 0)
+        result["nucleus"] |= values(index)
+        (folder / case.name / "result.json").write_text(json.dumps(result))
+    return folder
+
+
+def write_named(folder: Path, study: Study, field: Field | None = None) -> Path:
+    """A finished study with all its files."""
+    for index, case in enumerate(study.cases):
+        write_case(folder / case.name, case.scene.cell.law, index, field or sag)
+        (folder / case.name / "scene.toml").write_text(scene_to_toml(case.scene))
+    return folder
+
+
+def change(path: Path, **entries: Any) -> None:
+    """Other entries of a case's result.json."""
+    path /= "result.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | entries))
+
+
 def write_case(folder: Path, law: str, index: int, field: Field, half: bool = True, **result: Any) -> None:
     """One case's scene.toml, result.json, history.csv, fields.pvd and its field file."""
     folder.mkdir(parents=True)
@@ -47,7 +73,7 @@ def write_case(folder: Path, law: str, index: int, field: Field, half: bool = Tr
     (folder / "scene.toml").write_text(scene_to_toml(Scene.model_validate({"cell": cell})))
     ramp = TIMES / TIMES[-1]
     rest = {"sigma_mises_max_Pa": 0.0, "J1_max": 2.0, "J2_max": 2.0, "J3_max": 1.0}
-    columns = {"t_s": TIMES, "empty": [""] * len(TIMES)}
+    columns = {"t_s": TIMES, "empty": [""] * len(TIMES), "lamina_pillar_distance_um": 5.0 - 0.4 * ramp}
     columns |= {f"nucleus.{key}": rest[key] + (end - rest[key]) * ramp for key, end in peaks(index).items()}
     with open(folder / "history.csv", "w", newline="") as stream:
         table = csv.writer(stream)
@@ -61,7 +87,7 @@ def write_case(folder: Path, law: str, index: int, field: Field, half: bool = Tr
 
 def numbers(law: str, index: int) -> dict[str, Any]:
     """The part of result.json that figures and tables read."""
-    nucleus: dict[str, Any] = {"area_um2": 25 * np.pi}
+    nucleus: dict[str, Any] = {"area_um2": 25 * np.pi} | peaks(index)
     for key, end in peaks(index).items():
         name, unit = (key[:-7], "_Pa") if key.endswith("_Pa") else (key[:-4], "")
         nucleus |= {f"{name}_max_over_time{unit}": end, f"{name}_max_time_s": 10000.0, f"{name}_mean{unit}": end / 2}
@@ -78,6 +104,8 @@ def numbers(law: str, index: int) -> dict[str, Any]:
         "share_of_area_percent": {"J1": 50.0, "J2": 49.5, "J3": None},
         "share_of_max": {"J1": 0.3, "J2": 0.2, "J3": 0.8},
         "share_of_integral": {"J1": 0.25, "J2": 0.35, "J3": 0.25},
+        "shape_index": {"full": 0.98, "half_outline": 0.76, "half_area_full_perimeter": 0.49},
+        "lamina_pillar_distance_um": 4.6,
     }
 
 

@@ -8,6 +8,7 @@ from typing import Any
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from cellmech.errors import InputError
 from cellmech.figures.panel import PAPER_MARKER, STEP_MARKER, Panel
 from cellmech.figures.results import StudyResult
 from cellmech.figures.style import FAULT_COLOUR, LAWS, PAPER, QUANTITIES, SMALL, TINY, Quantity, provenance
@@ -23,8 +24,11 @@ def draw_curves(study: StudyResult, paper: Mapping[str, Any]) -> Figure:
         paper: the printed maxima by law, as `[fig2]` of paper_numbers.toml.
 
     Raises:
-        InputError: for a history that is missing or broken.
+        InputError: for a history that is missing or broken, or a case that is not named after a law.
     """
+    for name in study.cases:
+        if name not in LAWS:
+            raise InputError(str(study.folder), "case", f"must be named after a law ({', '.join(LAWS)})", name)
     cases = study.holding("history.csv")
     columns = {q: f"nucleus.{q.key}_max{q.suffix}" for q in QUANTITIES}
     curves = {law: case.history("t_s", *columns.values()) for law, case in cases.items()}
@@ -53,16 +57,17 @@ def _legend(figure: Figure, laws: list[str]) -> None:
     handles = [Line2D([], [], color=look.colour, lw=look.width, ls=look.dash, label=look.label) for look in looks]
     handles.append(Line2D([], [], color="#888888", label="computed time step", **STEP_MARKER))
     handles.append(Line2D([], [], color="#888888", label="the paper's printed maximum", **PAPER_MARKER))
-    place: dict[str, Any] = dict(loc="upper left", bbox_to_anchor=(LEFT - 0.005, 0.955), ncol=6, frameon=False)
+    place: dict[str, Any] = dict(loc="upper left", bbox_to_anchor=(LEFT - 0.005, 0.944), ncol=6, frameon=False)
     figure.legend(handles=handles, fontsize=SMALL + 0.5, handlelength=3.2, columnspacing=1.4, **place)
 
 
 def _notes(figure: Figure, study: StudyResult) -> None:
     """Title, what is missing, how the axes are meant, small print."""
     title = "Largest stress and strain in the nucleus while the cell settles"
-    figure.text(LEFT, 0.965, title, fontsize=15, weight="bold")
+    figure.text(LEFT, 0.972, study.title, fontsize=15, weight="bold")
+    figure.text(LEFT, 0.950, title, fontsize=11.5)
     if study.faults():
-        figure.text(LEFT, 0.898, study.complaint(150), color=FAULT_COLOUR, fontsize=SMALL)
+        figure.text(LEFT, 0.896, study.complaint(150), color=FAULT_COLOUR, fontsize=SMALL)
     rest = "Strains are drawn less their value at rest (J₁ = 2, J₂ = 2, J₃ = 1). "
     paper = f"The paper ({PAPER}, section 3.1) prints maxima only, not when they occur."
     figure.text(LEFT, 0.042, rest + paper, fontsize=SMALL)

@@ -16,9 +16,10 @@ from typing import Any
 import numpy as np
 
 from cellmech.errors import InputError
+from cellmech.figures.parameters import value_at
 from cellmech.scene import Scene
 from cellmech.scene_file import read_scene
-from cellmech.study_file import read_toml
+from cellmech.study_file import Study, read_toml
 
 AGAIN = "Solve the case again (python -m cellmech.study … --fresh)."
 
@@ -106,11 +107,15 @@ class StudyResult:
         folder: the study's results.
         cases: name -> case, for the cases that have a result, in the order asked for.
         missing: name -> what is missing, for the others.
+        title: of the study.
+        varied: name -> values of the keys that the study varies, for all cases in the order asked for.
     """
 
     folder: Path
     cases: Mapping[str, CaseResult]
     missing: Mapping[str, str] = field(default_factory=dict)
+    title: str = ""
+    varied: Mapping[str, Mapping[str, object]] = field(default_factory=dict)
 
     def holding(self, name: str) -> dict[str, CaseResult]:
         """The cases to draw: all that were solved, and of the failed ones those that came far enough to have the file.
@@ -137,6 +142,26 @@ class StudyResult:
         return text if len(text) <= most else f"{text[: most - 1]}…"
 
 
+def read_planned(folder: Path, study: Study) -> StudyResult:
+    """Read the results of a study's cases. One that was solved with other values of what the study varies is missing.
+
+    Raises:
+        InputError: when none of the cases has a result, or a file is broken.
+    """
+    keys = dict.fromkeys(key for case in study.cases for key in case.swept)
+    varied = {case.name: {key: value_at(case.scene, key) for key in keys} for case in study.cases}
+    found = read_study(folder, varied)
+    cases, missing = dict(found.cases), dict(found.missing)
+    for name, case in found.cases.items():
+        other = [
+            f"{key} = {value_at(case.scene, key)}" for key in keys if value_at(case.scene, key) != varied[name][key]
+        ]
+        if other:
+            del cases[name]
+            missing[name] = f"solved with other inputs ({', '.join(other)})"
+    return StudyResult(folder, cases, missing, study.title, varied)
+
+
 def read_study(folder: Path, names: Iterable[str]) -> StudyResult:
     """Read the named cases of a results folder.
 
@@ -159,7 +184,7 @@ def read_study(folder: Path, names: Iterable[str]) -> StudyResult:
         rule = f"must hold a result of at least one of the cases {', '.join(names)}"
         found = sorted(path.parent.name for path in folder.glob("*/result.json"))
         raise InputError(where, "", rule, ", ".join(found[:8]) or "no result", "Run the study first: make study.")
-    return StudyResult(folder, cases, missing)
+    return StudyResult(folder, cases, missing, varied={name: {} for name in names})
 
 
 def read_case(folder: Path) -> CaseResult:

@@ -1,29 +1,31 @@
-"""Figure 3: the deformed cell of each law, to scale and, where that shows too little, magnified."""
+"""Figures 3, 5 and 7: the deformed cell of each case, to scale and, where that shows too little, magnified."""
 
 from __future__ import annotations
 
+import string
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
+from cellmech.figures.parameters import parameter
 from cellmech.figures.render import Shape, View, picture, probe, read_shape
 from cellmech.figures.results import CaseResult, StudyResult
-from cellmech.figures.style import FAULT_COLOUR, LAWS, LAYER_COLOURS, SMALL, SUBSTRATE, TINY, provenance
+from cellmech.figures.sheet import UNDEFORMED, Sheet
+from cellmech.figures.style import FAULT_COLOUR, LAWS, SMALL, SUBSTRATE, TINY
 from cellmech.figures.substrate import band, polygons, surface_at
 from cellmech.placement import placement
 
 SEEN = 0.1  # a displacement above this share of the diameter needs no magnification
 AIM = 0.2  # a magnified one should not exceed this share
 FACTORS = (1000, 500, 200, 100, 50, 30, 20, 10, 5, 4, 3, 2)
-WIDTH_PX = 760
-UNDEFORMED: dict[str, Any] = dict(color="black", lw=0.8, ls=(0, (4, 3)))
+PX_PER_IN = 214  # of the pictures
 FADED = "#dcdcdc"  # the substrate where it is not drawn true
-PANEL_IN = 3.55  # width of a panel
+
+Report: TypeAlias = Callable[[CaseResult], Sequence[str]]
 
 
 @dataclass(frozen=True)
@@ -79,8 +81,12 @@ def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
 
 
-def draw_shapes(study: StudyResult) -> Figure:
-    """Draw the figure: a column for each law; true shapes above, magnified ones below.
+def draw_shapes(study: StudyResult, report: Report | None = None) -> Figure:
+    """Draw the figure: a column for each case; true shapes above, magnified ones below.
+
+    Args:
+        study: its cases.
+        report: lines to stand below a case's column.
 
     Raises:
         InputError: for a field file that is missing or broken.
@@ -88,27 +94,33 @@ def draw_shapes(study: StudyResult) -> Figure:
     """
     cases = study.holding("fields.pvd")
     probe()
-    poses = {law: read_pose(case) for law, case in cases.items()}
+    poses = {name: read_pose(case) for name, case in cases.items()}
     factor = magnification(list(poses.values()))
-    view = _view(list(poses.values()), factor)
-    rows, wide, tall = 1 if factor == 1 else 2, PANEL_IN, PANEL_IN * (view[3] - view[2]) / (view[1] - view[0])
-    width, height = len(LAWS) * (wide + 0.12) + 0.75, rows * (tall + 0.25) + 2.25
-    figure = Figure(figsize=(width, height))
-    for column, law in enumerate(LAWS):
-        for row in range(rows):
-            left, low = 0.6 + column * (wide + 0.12), height - 1.35 - row * (tall + 0.25) - tall
-            axes = figure.add_axes((left / width, low / height, wide / width, tall / height), xticks=[], yticks=[])
-            axes.spines[:].set_color("#aaaaaa")
-            if law in poses:
-                _draw_panel(axes, poses[law], view, factor if row else 1)
+    words = {name: report(case) for name, case in cases.items()} if report else {}
+    lines = max(map(len, words.values()), default=0)
+    sheet = Sheet(len(study.varied), _view(list(poses.values()), factor), factor, lines)
+    for column, name in enumerate(study.varied):
+        pose = poses.get(name)
+        for row in range(sheet.rows):
+            axes = sheet.panel(row, column)
+            if pose is not None:
+                _draw_panel(axes, pose, sheet, factor if row else 1)
             if row == 0:
-                _name(axes, law, "abcd"[column], poses.get(law))
+                _name(axes, caption(name, study.varied[name]), string.ascii_lowercase[column % 26], pose)
             if column == 0:
                 label = "true scale" if row == 0 else f"displacements × {factor}"
                 axes.set_ylabel(label, fontsize=13, weight="bold", labelpad=8)
-    _legend(figure)
-    _notes(figure, study, factor)
-    return figure
+        sheet.write_below(column, words.get(name, ()))
+    sheet.finish(study)
+    return sheet.figure
+
+
+def caption(name: str, varied: Mapping[str, object]) -> tuple[str, str]:
+    """What a case is called, and what else sets it apart."""
+    law = LAWS.get(str(varied.get("cell.law", name)))
+    rest = {key: value for key, value in varied.items() if key != "cell.law"}
+    settings = ",  ".join(parameter(key).setting(value) for key, value in rest.items())
+    return (law.label if law else name), settings
 
 
 def _view(poses: list[Pose], factor: int) -> View:
@@ -121,11 +133,13 @@ def _view(poses: list[Pose], factor: int) -> View:
     return float(x0 - 0.3 * r), float(x1 + 0.3 * r), float(y0 - 0.55 * r), float(y1 + 0.1 * r)
 
 
-def _draw_panel(axes: Axes, pose: Pose, view: View, factor: int) -> None:
-    scene, true = pose.case.scene, factor == 1
+def _draw_panel(axes: Axes, pose: Pose, sheet: Sheet, factor: int) -> None:
+    scene, true, view = pose.case.scene, factor == 1, sheet.view
     ground = polygons(scene, view) if true else [_magnified_ground(pose, view, factor)]
     corners = pose.shape.moved(pose.pivot, factor)
-    image = picture(corners, pose.shape.layer, ground, view, WIDTH_PX, SUBSTRATE if true else FADED)
+    image = picture(
+        corners, pose.shape.layer, ground, view, round(PX_PER_IN * sheet.wide), SUBSTRATE if true else FADED
+    )
     axes.imshow(image, extent=view, interpolation="antialiased", aspect="equal")
     angle = np.linspace(0, 2 * np.pi, 361)
     circle = np.column_stack([np.cos(angle), np.sin(angle)])
@@ -169,41 +183,17 @@ def _round_length(most: float) -> float:
     return float(next(n for n in (5, 2, 1) if n * power <= most) * power)
 
 
-def _name(axes: Axes, law: str, letter: str, pose: Pose | None) -> None:
-    """The law, and the state that is shown."""
-    axes.set_title(f"({letter})  {LAWS[law].label}", fontsize=13, weight="bold", pad=22)
+def _name(axes: Axes, captions: tuple[str, str], letter: str, pose: Pose | None) -> None:
+    """What the case is, and the state that is shown."""
+    name, settings = captions
     text, colour = "no result: see below", FAULT_COLOUR
     if pose is not None and pose.case.failure:
         text = f"FAILED: last state, t = {pose.t_s:,.0f} s"
     elif pose is not None:
-        text, colour = f"t = {pose.t_s:,.0f} s;  largest displacement {pose.largest():.2f} µm", "black"
+        law = pose.case.scene.cell.law
+        which = "" if name == LAWS[law].label else f"{LAWS[law].label},  "
+        text, colour = f"{which}t = {pose.t_s:,.0f} s;  largest displacement {pose.largest():.2f} µm", "black"
     place: dict[str, Any] = dict(xycoords="axes fraction", textcoords="offset points", ha="center")
+    axes.set_title(f"({letter})  {name}", fontsize=13, weight="bold", pad=38 if settings else 22)
+    axes.annotate(settings, (0.5, 1.0), (0, 22), fontsize=SMALL + 1, **place)
     axes.annotate(text, (0.5, 1.0), (0, 6), fontsize=SMALL, color=colour, **place)
-
-
-def _legend(figure: Figure) -> None:
-    handles: list[Any] = [Patch(fc=colour, ec="none", label=name) for name, colour in LAYER_COLOURS.items()]
-    handles.append(Patch(fc=SUBSTRATE, ec="none", label="substrate"))
-    handles.append(Line2D([], [], label="undeformed outline", **UNDEFORMED))
-    corner = (0.995, 1 - 0.14 / figure.get_figheight())
-    figure.legend(handles=handles, loc="upper right", bbox_to_anchor=corner, ncol=6, frameon=False, fontsize=SMALL + 1)
-
-
-def _notes(figure: Figure, study: StudyResult, factor: int) -> None:
-    """Title, what is missing, how the magnified row is drawn, small print."""
-    width, height = figure.get_size_inches()
-
-    def write(inches: float, text: str, **look: Any) -> None:
-        figure.text(0.6 / width, inches / height, text, **look)
-
-    write(height - 0.38, "The deformed cell at the end of the run", fontsize=15, weight="bold")
-    if study.faults():
-        write(0.82, study.complaint(150), color=FAULT_COLOUR, fontsize=SMALL)
-    if factor > 1:
-        note = (
-            f"Lower row: displacements from the lowest point of the cell are drawn {factor} times too large, and so is "
-            "the distance between the substrate and the undeformed cell:\nwhat touches stays in touch, and a flat "
-            "substrate looks curved."
-        )
-        write(0.36, note, fontsize=SMALL)
-    write(0.13, provenance(study), fontsize=TINY, color="#555555")

@@ -116,7 +116,12 @@ def save(figure: Figure, out: Path, stem: str) -> list[Path]:
 
 def printed(value: float) -> str:
     """A number as the paper prints it: two digits after the point, three where it gives them."""
-    return f"{value:.2f}" if round(value, 2) == value else f"{value:.3f}"
+    return format(value, printed_form(value))
+
+
+def printed_form(value: float) -> str:
+    """The format of a number as the paper prints it."""
+    return ".2f" if round(value, 2) == value else ".3f"
 
 
 def spread(wanted: Sequence[float], gap: float, most: float = 1.0) -> list[float]:

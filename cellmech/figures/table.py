@@ -1,102 +1,132 @@
-"""The numbers of Figure 2 beside the paper's, as Markdown that reads well on a terminal too."""
+"""Tables as Markdown that reads well on a terminal too, and as CSV with all digits."""
 
 from __future__ import annotations
 
+import csv
+import io
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Container, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple, TypeAlias
 
-from cellmech.figures.results import CaseResult, StudyResult
-from cellmech.figures.style import LAWS, PAPER, QUANTITIES, Quantity, printed, provenance
+from cellmech.errors import InputError
+from cellmech.records import write_whole
 
-NAMES = {"sigma_mises": "σ_Mises [Pa]"}
-RATIOS = ["here / paper", "same, of q − q0"]
+NONE = "–"
 
 
-def fig2_table(study: StudyResult, paper: Mapping[str, Any]) -> str:
-    """Maxima, means and shares of the nucleus by law, each beside the paper's.
+class Value(NamedTuple):
+    """A number: rounded in Markdown, all its digits in CSV; one that is not finite is a dash or an empty field."""
+
+    number: float
+    form: str
+
+    def __str__(self) -> str:
+        return format(self.number, self.form) if math.isfinite(self.number) else NONE
+
+
+Cell: TypeAlias = str | Value
+
+
+@dataclass(frozen=True)
+class Table:
+    """One table.
 
     Args:
-        study: cases named after the laws.
-        paper: the printed numbers by law, as `[fig2]` of paper_numbers.toml.
+        name: in the name of its CSV file, "" for a document's main one.
+        heading: above it.
+        text: between heading and table, "" for none.
+        header: of the columns.
+        rows: their cells.
     """
-    maxima, means, shares = [], [], []
-    for law, case in study.cases.items():
-        numbers = paper.get(law, {})
-        for q in QUANTITIES:
-            maxima.append(_maximum(case, q, numbers.get(q.paper_key)))
-            means.append(_mean(case, q, numbers.get(f"share_{q.key}")))
-            if q.rest:
-                shares.append(_shares(case, q))
-    key = ["law", "q"]
-    parts = [
-        f"## The nucleus at the four laws, beside the paper ({PAPER}, section 3.1)",
-        "q0 is the value at rest: 2, 2, 1 for J1, J2, J3 and 0 for the stress. – : not printed, or no such number.",
-        "### Largest value over time",
-        markdown([*key, "here", "at t [s]", "paper", *RATIOS], maxima),
-        "### Mean over the reference area at the end, and the nucleus's part of the cell's deformation",
-        "Part: 100 · integral of q over the nucleus / area of the cell. The paper does not define its part; "
-        "what it prints fits this, and then its mean is the part / 100 · area of the cell / area of the nucleus.",
-        markdown([*key, "mean here", "paper's mean", *RATIOS, "part here [%]", "paper [%]"], means),
-        "### The nucleus's part in two other senses, at the end",
-        markdown([*key, "(max − q0) nucleus / cell", "∫(q − q0) nucleus / cell"], shares),
-        provenance(study),
-    ]
-    return "\n\n".join(parts)
+
+    name: str
+    heading: str
+    text: str
+    header: Sequence[str]
+    rows: Sequence[Sequence[Cell]]
+
+    def markdown(self) -> str:
+        """Heading, text, table."""
+        rows = [[str(cell) for cell in row] for row in self.rows]
+        words = [k for k in range(len(self.header)) if not _is_numeric([row[k] for row in rows])]
+        return "\n\n".join(filter(None, [f"### {self.heading}", self.text, markdown(self.header, rows, words)]))
+
+    def csv(self) -> str:
+        """The rows alone."""
+        stream = io.StringIO()
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(self.header)
+        writer.writerows([_field(cell) for cell in row] for row in self.rows)
+        return stream.getvalue()
 
 
-def markdown(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table whose columns are aligned."""
+@dataclass(frozen=True)
+class Document:
+    """Tables that belong together."""
+
+    title: str
+    text: str
+    tables: Sequence[Table]
+    foot: str = ""
+
+    def markdown(self) -> str:
+        """All of it."""
+        tables = [table.markdown() for table in self.tables]
+        return "\n\n".join(filter(None, [f"## {self.title}", self.text, *tables, self.foot]))
+
+    def save(self, out: Path, stem: str) -> list[Path]:
+        """Write <stem>.md and a CSV file for each table.
+
+        Raises:
+            InputError: when the folder cannot be written to.
+        """
+        texts = {f"{stem}.md": self.markdown() + "\n"}
+        texts |= {"-".join(filter(None, [stem, table.name])) + ".csv": table.csv() for table in self.tables}
+        try:
+            out.mkdir(parents=True, exist_ok=True)
+            for name, text in texts.items():
+                write_whole(out / name, text)
+        except OSError as error:
+            raise InputError("--out", str(out), f"cannot be written to ({error.strerror or error})") from None
+        return [out / name for name in texts]
+
+
+def markdown(header: Sequence[str], rows: Sequence[Sequence[str]], words: Container[int] = (0, 1)) -> str:
+    """A table whose columns are aligned: to the left those of words, to the right all others."""
     lines = [list(header), *map(list, rows)]
     widths = [max(len(line[k]) for line in lines) for k in range(len(header))]
     text = [
         "| "
         + " | ".join(
-            cell.ljust(w) if k < 2 else cell.rjust(w) for k, (cell, w) in enumerate(zip(line, widths, strict=True))
+            cell.ljust(w) if k in words else cell.rjust(w) for k, (cell, w) in enumerate(zip(line, widths, strict=True))
         )
         + " |"
         for line in lines
     ]
-    text.insert(1, "|" + "|".join("-" * (w + 2) if k < 2 else "-" * (w + 1) + ":" for k, w in enumerate(widths)) + "|")
+    text.insert(
+        1, "|" + "|".join("-" * (w + 2) if k in words else "-" * (w + 1) + ":" for k, w in enumerate(widths)) + "|"
+    )
     return "\n".join(text)
 
 
-def _head(case: CaseResult, q: Quantity) -> list[str]:
-    return [LAWS[case.name].label + (" (failed)" if case.failure else ""), NAMES.get(q.key, q.key)]
-
-
-def _maximum(case: CaseResult, q: Quantity, theirs: float | None) -> list[str]:
-    ours = case.number(f"nucleus.{q.key}_max_over_time{q.suffix}")
-    when = case.number(f"nucleus.{q.key}_max_time_s")
-    paper = "–" if theirs is None else printed(theirs)
-    return [*_head(case, q), _value(ours, q), _rounded(when, ",.0f"), paper, *_ratios(ours, theirs, q.rest)]
-
-
-def _mean(case: CaseResult, q: Quantity, share: float | None) -> list[str]:
-    ours, part = case.number(f"nucleus.{q.key}_mean{q.suffix}"), case.number(f"share_of_area_percent.{q.key}")
-    implied = None if share is None else share / 100 * case.number("cell.area_um2") / case.number("nucleus.area_um2")
-    paper = "–" if implied is None else _rounded(implied, ".2f")
-    shown = "–" if share is None else f"{share:g}"
-    return [*_head(case, q), _value(ours, q), paper, *_ratios(ours, implied, q.rest), _rounded(part, ".2f"), shown]
-
-
-def _shares(case: CaseResult, q: Quantity) -> list[str]:
-    values = (case.number(f"{kind}.{q.key}") for kind in ("share_of_max", "share_of_integral"))
-    return [*_head(case, q), *(_rounded(value, ".3f") for value in values)]
-
-
-def _ratios(ours: float, theirs: float | None, rest: float) -> list[str]:
-    """Of q and of q − q0; the second is the first where q0 is 0."""
+def ratios(ours: float, theirs: float | None, rest: float) -> list[Cell]:
+    """Ours / theirs, of q and of q − q0; dashes where there is nothing to compare with."""
     if theirs is None:
-        return ["–", "–"]
+        return [NONE, NONE]
     raw = ours / theirs if theirs else math.nan
     bare = (ours - rest) / (theirs - rest) if theirs != rest else math.nan
-    return [_rounded(raw, ".3f"), _rounded(bare, ".4f")]
+    return [Value(raw, ".3f"), Value(bare, ".4f")]
 
 
-def _value(value: float, q: Quantity) -> str:
-    return _rounded(value, ".5f" if q.rest else ".4f")  # the signal of a strain is its difference from rest
+def _is_numeric(column: Sequence[str]) -> bool:
+    """Whether most of its cells are numbers."""
+    given = [cell for cell in column if cell != NONE]
+    return 2 * sum(cell.lstrip("−-")[:1].isdigit() for cell in given) > len(given)
 
 
-def _rounded(value: float, form: str) -> str:
-    return format(value, form) if math.isfinite(value) else "–"
+def _field(cell: Cell) -> str:
+    if isinstance(cell, Value):
+        return repr(float(cell.number)) if math.isfinite(cell.number) else ""
+    return "" if cell == NONE else cell

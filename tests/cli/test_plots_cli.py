@@ -9,9 +9,10 @@ from pathlib import Path
 
 import pytest
 from matplotlib.image import imread
-from plot_files import LAWS, sag, write_case, write_study
+from plot_files import LAWS, change, sag, write_case, write_named, write_study, write_sweep
 
-from cellmech.plots import main
+from cellmech.plots import STUDIES, main
+from cellmech.study_file import load_study
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -45,8 +46,58 @@ def test_fig2_and_fig3_draw_a_study(tmp_path: Path) -> None:
     assert len(list(out.iterdir())) == 4
 
 
+def test_maps_are_drawn_from_a_sweep(tmp_path: Path) -> None:
+    write_sweep(tmp_path / "study", load_study(STUDIES / "fig6.toml"), lambda index: {"J1_max": 2 + 1e-3 * index})
+    assert main(["fig6", "--results", str(tmp_path / "study"), "--out", str(tmp_path / "out")]) == 0
+    assert is_figure(tmp_path / "out", "fig6", 2500)
+
+
+def test_a_map_with_a_failed_case_is_drawn_and_the_case_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    study = load_study(STUDIES / "fig4.toml")
+    write_sweep(tmp_path / "study", study, lambda index: {})
+    change(tmp_path / "study" / study.cases[-1].name, status="failed", reason="det F <= 0", t_s=5000.0)
+    assert main(["fig4", "--results", str(tmp_path / "study"), "--out", str(tmp_path / "out")]) == 1
+    assert is_figure(tmp_path / "out", "fig4", 2500)
+    assert f"{study.cases[-1].name}: failed at 5,000 s (det F <= 0)" in capsys.readouterr().err
+
+
+def test_deformed_cells_of_named_cases_are_drawn(tmp_path: Path) -> None:
+    write_named(tmp_path / "study", load_study(STUDIES / "fig7.toml"))
+    assert main(["fig7", "--results", str(tmp_path / "study"), "--out", str(tmp_path / "out")]) == 0
+    assert is_figure(tmp_path / "out", "fig7")
+
+
+def test_a_study_of_ones_own_is_drawn_under_its_own_name(tmp_path: Path) -> None:
+    study = tmp_path / "heavy.toml"
+    study.write_text('schema = 1\n[sweep]\n"load.factor" = [1.0, 20]\n')
+    write_named(tmp_path / "heavy", load_study(study))
+    where = ["--results", str(tmp_path / "heavy"), "--out", str(tmp_path / "out")]
+    assert main(["fig5", "--study", str(study), "--stem", "heavy", *where]) == 0
+    assert is_figure(tmp_path / "out", "heavy")
+
+
+@pytest.mark.parametrize(
+    ("table", "row"),
+    [("table1", "| E_l "), ("table2", "| S2         | Saint-Venant "), ("table3", "| S3         | J1 ")],
+)
+def test_the_papers_tables_are_printed_and_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], table: str, row: str
+) -> None:
+    out = ["--out", str(tmp_path / "out")]
+    if table == "table3":
+        out += ["--results", str(write_named(tmp_path / "study", load_study(STUDIES / "table3.toml")))]
+    assert main([table, *out]) == 0
+    printed = capsys.readouterr().out
+    assert row in printed
+    assert (tmp_path / "out" / f"{table}.md").read_text() == printed
+    assert (tmp_path / "out" / f"{table}.csv").read_text().count("\n") > 3
+
+
 def test_table_is_printed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["table-fig2", "--results", str(write_study(tmp_path))]) == 0
+    results, out = str(write_study(tmp_path / "study")), tmp_path / "out"
+    assert main(["table-fig2", "--results", results, "--out", str(out)]) == 0
     assert "| Yeoh " in capsys.readouterr().out
 
 
@@ -56,16 +107,15 @@ def test_an_incomplete_study_is_drawn_and_what_lacks_is_named(
 ) -> None:
     results = write_study(tmp_path / "study", LAWS[:2])
     write_case(results / "yeoh", "yeoh", 3, sag, status="failed", reason="det F <= 0", t_s=1000.0)
-    out = [] if figure == "table-fig2" else ["--out", str(tmp_path / "out")]
-    assert main([figure, "--results", str(results), *out]) == 1
-    if out:
+    assert main([figure, "--results", str(results), "--out", str(tmp_path / "out")]) == 1
+    if figure != "table-fig2":
         assert is_figure(tmp_path / "out", figure)
     message = capsys.readouterr().err
     assert message.count("\n") == 1
     assert "mooney-rivlin: not in this folder; yeoh: failed at 1,000 s (det F <= 0)" in message
 
 
-@pytest.mark.parametrize("figure", ["fig2", "fig3", "table-fig2"])
+@pytest.mark.parametrize("figure", ["fig2", "fig3", "fig4", "fig7", "table3", "table-fig2"])
 def test_results_that_are_not_there_are_bad_input(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], figure: str
 ) -> None:
@@ -98,13 +148,17 @@ def test_a_misspelt_scene_key_is_bad_input(tmp_path: Path, capsys: pytest.Captur
 
 
 def test_every_figure_is_drawn_without_dolfinx(tmp_path: Path) -> None:
-    results = str(write_study(tmp_path / "study", LAWS[:1]))
+    laws = write_study(tmp_path / "laws", LAWS[:1])
+    sweep = write_sweep(tmp_path / "sweep", load_study(STUDIES / "fig4.toml"), lambda index: {})
+    named = write_named(tmp_path / "named", load_study(STUDIES / "table3.toml"))
+    results = dict.fromkeys(("fig2", "fig3", "table-fig2"), laws)
+    results |= {"fig4": sweep, "table3": named, "fig1": None, "table1": None, "table2": None}
+    where = {name: ["--results", str(folder)] if folder else [] for name, folder in results.items()}
     code = f"""
 import sys
 from cellmech.plots import main
-for name in ("fig1", "fig2", "fig3", "table-fig2"):
-    where = [] if name == "fig1" else ["--results", {results!r}]
-    assert main([name, *where, *([] if name == "table-fig2" else ["--out", {str(tmp_path)!r}])]) in (0, 1)
+for name, where in {where!r}.items():
+    assert main([name, *where, "--out", {str(tmp_path)!r}]) in (0, 1)
 assert not {{"dolfinx", "petsc4py", "mpi4py", "gmsh", "ufl"}} & sys.modules.keys(), sorted(sys.modules)
 """
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, env=dict(os.environ), capture_output=True, text=True)

@@ -18,12 +18,12 @@ from cellmech.errors import CellmechError, InputError
 from cellmech.figures import render as render
 from cellmech.figures.curves import draw_curves
 from cellmech.figures.geometry_figure import draw_geometry
+from cellmech.figures.number_tables import fig2_table
 from cellmech.figures.results import read_case, read_study
 from cellmech.figures.shapes import draw_shapes, magnification, read_pose
 from cellmech.figures.style import LAWS as LOOKS
 from cellmech.figures.style import LAYER_COLOURS, SUBSTRATE, printed, save, spread, style
 from cellmech.figures.substrate import band, outline_of, polygons, surface_at
-from cellmech.figures.table import fig2_table
 from cellmech.plots import PAPER_NUMBERS
 from cellmech.scene import Scene
 
@@ -324,24 +324,24 @@ class TestShapes:
 
 class TestTable:
     def test_numbers_stand_beside_the_papers_with_both_ratios(self, tmp_path: Path) -> None:
-        table = fig2_table(read_study(write_study(tmp_path), LAWS), PAPER)
+        table = fig2_table(read_study(write_study(tmp_path), LAWS), PAPER).markdown()
         row = next(row for row in cells(table) if row[:2] == ["neo-Hookean", "J1"])
         assert row == ["neo-Hookean", "J1", "2.00600", "10,000", "2.44", f"{2.006 / 2.44:.3f}", f"{0.006 / 0.44:.4f}"]
 
     def test_the_papers_mean_follows_from_its_share(self, tmp_path: Path) -> None:
-        table = fig2_table(read_study(write_study(tmp_path), LAWS), PAPER)
+        table = fig2_table(read_study(write_study(tmp_path), LAWS), PAPER).markdown()
         row = [row for row in cells(table) if row[:2] == ["Mooney–Rivlin", "J1"]][1]
         mean = 2.007 / 2
         ratios = [f"{mean / 2.24:.3f}", f"{(mean - 2) / 0.24:.4f}"]
         assert row[2:] == [f"{mean:.5f}", "2.24", *ratios, "50.00", "56"]
 
     def test_what_is_not_printed_or_null_is_a_dash(self, tmp_path: Path) -> None:
-        table = fig2_table(read_study(write_study(tmp_path), LAWS), PAPER)
+        table = fig2_table(read_study(write_study(tmp_path), LAWS), PAPER).markdown()
         row = [row for row in cells(table) if row[:2] == ["neo-Hookean", "J3"]][1]
         assert row[3:] == ["–"] * 5
 
     def test_columns_are_aligned(self, tmp_path: Path) -> None:
-        table = fig2_table(read_study(write_study(tmp_path), LAWS), PAPER)
+        table = fig2_table(read_study(write_study(tmp_path), LAWS), PAPER).markdown()
         for block in table.split("\n\n"):
             assert len({len(row) for row in block.splitlines() if row.startswith("|")}) <= 1
 

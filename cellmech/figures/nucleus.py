@@ -1,0 +1,40 @@
+"""What Figure 7 says in words below each cell: how round the nucleus is, and how near the pillar has come."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from cellmech.figures.results import CaseResult
+
+OUTLINES = (  # what a shape index may be taken of: key, name, its value for a circle
+    ("full", "full outline", 1.0),
+    ("half_outline", "half outline", 2 * math.pi**2 / (math.pi + 2) ** 2),
+    ("half_area_full_perimeter", "half area, full perimeter", 0.5),
+)
+
+
+def nucleus_lines(case: CaseResult, paper: Mapping[str, Any]) -> list[str]:
+    """Shape index in its three readings beside the printed one, and the lamina's distance from the pillar.
+
+    Args:
+        case: whose end is meant.
+        paper: the printed numbers by case, as `[table3]` of paper_numbers.toml.
+    """
+    theirs = (paper.get(case.name) or {}).get("SI")
+    lines = ["Shape index of the nucleus" + (f"  (paper: {theirs:g}, outline not stated)" if theirs else "")]
+    for key, name, circle in OUTLINES:
+        lines.append(f"    {name}: {_shown(case.number(f'shape_index.{key}'), '.4f')}   ({circle:.4g} for a circle)")
+    distance = _shown(case.number("lamina_pillar_distance_um"), ".3f")
+    lines.append(f"Lamina to pillar: {distance} µm   ({start_um(case):.3f} µm at the start)")
+    return lines
+
+
+def start_um(case: CaseResult) -> float:
+    """The lamina's distance from the pillar at the first step [µm]."""
+    return float(case.history("lamina_pillar_distance_um")["lamina_pillar_distance_um"][0])
+
+
+def _shown(value: float, form: str) -> str:
+    return format(value, form) if math.isfinite(value) else "–"
