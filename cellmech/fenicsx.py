@@ -6,6 +6,7 @@ from typing import Any
 
 import dolfinx
 import numpy as np
+import ufl
 from dolfinx import fem
 from dolfinx import mesh as dmesh
 from mpi4py import MPI
@@ -34,16 +35,17 @@ def cell_points(mesh: Any) -> np.ndarray:
     return mesh.geometry.x[dofs[:cells], :2]
 
 
-def displacement_space(mesh: Any, degree: int) -> Any:
-    """Continuous Lagrange vectors of this degree."""
+def displacement_space(mesh: Any, degree: int, jit: dict[str, Any]) -> Any:
+    """Continuous Lagrange vectors of this degree; 0.5 compiles the element with these options."""
     if OLD:
-        return fem.VectorFunctionSpace(mesh, ("Lagrange", degree))
+        element = ufl.VectorElement("Lagrange", mesh.ufl_cell(), degree)
+        return fem.FunctionSpace(mesh, element, jit_params=jit)
     return fem.functionspace(mesh, ("Lagrange", degree, (2,)))
 
 
-def cellwise_space(mesh: Any) -> Any:
-    """Functions constant on each cell."""
-    return fem.FunctionSpace(mesh, ("DG", 0)) if OLD else fem.functionspace(mesh, ("DG", 0))
+def cellwise_space(mesh: Any, jit: dict[str, Any]) -> Any:
+    """Functions constant on each cell; likewise."""
+    return fem.FunctionSpace(mesh, ("DG", 0), jit_params=jit) if OLD else fem.functionspace(mesh, ("DG", 0))
 
 
 def compiled_form(form: Any, jit: dict[str, Any]) -> Any:

@@ -1,4 +1,4 @@
-"""Compiling forms and expressions once, safely, and evaluating them.
+"""Compiling forms, expressions and elements once, safely, and evaluating them.
 
 FFCx marks a compilation by the C file it is about to write; a killed compiler leaves that file behind and every later
 run waits for it and fails. Compilations here are serialised by a lock the operating system releases with the
@@ -63,6 +63,18 @@ def compile_form(form: Any, comm: MPI.Comm) -> Any:
     """The compiled form (collective on comm)."""
     with _compiling(comm) as options:
         return fenicsx.compiled_form(form, options)
+
+
+def displacement_space(mesh: Any, degree: int) -> Any:
+    """Continuous Lagrange vectors of this degree on a mesh (collective)."""
+    with _compiling(mesh.comm) as options:
+        return fenicsx.displacement_space(mesh, degree, options)
+
+
+def cellwise_space(mesh: Any) -> Any:
+    """Functions constant on each cell of a mesh (collective)."""
+    with _compiling(mesh.comm) as options:
+        return fenicsx.cellwise_space(mesh, options)
 
 
 class PointValues:

@@ -12,8 +12,8 @@ from dolfinx import fem
 
 from cellmech.domain import Domain
 from cellmech.energies import energy_and_stress
-from cellmech.fenicsx import cellwise_space
 from cellmech.fluid import fluid_stress
+from cellmech.forms import cellwise_space
 from cellmech.kinematics import dilatation_rate
 
 

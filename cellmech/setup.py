@@ -18,7 +18,7 @@ from cellmech.contact import Contact, Flat, Obstacle, Pillar, smooth_step
 from cellmech.domain import Domain, build_domain
 from cellmech.energies import LAWS, lame
 from cellmech.errors import SolveError
-from cellmech.fenicsx import displacement_space
+from cellmech.forms import displacement_space
 from cellmech.geometry import DiscSpec
 from cellmech.materials import Material, mixtures
 from cellmech.modes import rigid_modes

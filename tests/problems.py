@@ -8,7 +8,7 @@ from dolfinx import fem
 from dolfinx import mesh as dmesh
 from mpi4py import MPI
 
-from cellmech import bdf, fenicsx
+from cellmech import bdf, forms
 from cellmech.domain import Domain, build_domain, from_gmsh
 from cellmech.energies import LAWS, lame
 from cellmech.forms import PointValues
@@ -70,7 +70,7 @@ def layered_disc(**spec: Any) -> Domain:
 
 def displacement_space(domain: Domain, degree: int = 2) -> Any:
     """Continuous vector Lagrange functions."""
-    return fenicsx.displacement_space(domain.mesh, degree)
+    return forms.displacement_space(domain.mesh, degree)
 
 
 def hold(space: Any, domain: Domain, group: str, component: int, value: float = 0.0) -> Any:

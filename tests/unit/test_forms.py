@@ -10,14 +10,14 @@ COMPILE = """
 import ufl
 from dolfinx import fem, mesh
 from mpi4py import MPI
-from cellmech.fenicsx import displacement_space
-from cellmech.forms import compile_form
+from cellmech.forms import compile_form, displacement_space
 
 square = mesh.create_unit_square(MPI.COMM_SELF, 2, 2)
 u = fem.Function(displacement_space(square, 2))
 E = ufl.grad(u).T * ufl.grad(u)
 energy = ufl.exp(ufl.tr(E * E * E)) * ufl.det(E) * ufl.dx(metadata={"quadrature_degree": 8})
-K = ufl.derivative(ufl.derivative(energy, u, ufl.TestFunction(u.function_space)), u, ufl.TrialFunction(u.function_space))
+V = u.function_space
+K = ufl.derivative(ufl.derivative(energy, u, ufl.TestFunction(V)), u, ufl.TrialFunction(V))
 compile_form(K, MPI.COMM_SELF)
 print("compiled")
 """

@@ -11,8 +11,8 @@ from cellmech.kinematics import deformation_gradient
 from cellmech.materials import mixtures
 from cellmech.residual import Body, State
 from cellmech.run import Run, Schedule
-from cellmech.stepping import History
 from cellmech.snes import DetFWatch, Solver
+from cellmech.stepping import History
 
 YOUNG = 10.0
 
