@@ -107,14 +107,13 @@ def main() -> int:
             Sweep(arguments, place / "whole" / "study", None),
             Sweep(arguments, place / "parts" / "study", place / "cache"),
         )
-        whole.finish()
-        again = Sweep(arguments, place / "again" / "study", None).finish()  # now without compiling: what a run takes
-        print(f"left alone: {again:.1f} s", flush=True)
+        alone = whole.finish()
+        print(f"left alone: {alone:.1f} s", flush=True)
         print(f"kill 1, at the first compilation: {parts.kill_when(parts.compiling)}", flush=True)
         at_last = parts.kill_when(lambda: any(parts.out.glob("*/checkpoint.npz")))
         print(f"kill 2, at the first checkpoint, all compiled anew: {at_last}", flush=True)
         for k in range(3, options.kills + 1):
-            delay = chance.uniform(1.0, 3.0 + 2 * again / options.kills)
+            delay = chance.uniform(1.0, 3.0 + 2 * alone / options.kills)
             due = time.monotonic() + delay
             print(
                 f"kill {k}, after {delay:.1f} s: {parts.kill_when(lambda due=due: time.monotonic() > due)}", flush=True

@@ -106,6 +106,8 @@ def solve_case(
     if scalars and run is not None:
         write_fields(folder, observer, run.t, series)
     result = _provenance(case, setup, run, comm)
+    if run is not None:
+        run.close()
     result |= {
         "status": status,
         "reason": reason,

@@ -227,10 +227,15 @@ class Run:
             self._put_in(reached)
         return bool(reached)
 
+    def close(self) -> None:
+        """Free the solver's memory; the run cannot go on afterwards. Collective."""
+        self.solver.close()
+
     def _put_in(self, reached: Sequence[Obstacle]) -> None:
         self.out_of_reach = [o for o in self.out_of_reach if o not in reached]
         body = dataclasses.replace(self.body, obstacles=(*self.body.obstacles, *reached))
         self.ledger.rebind(body, self.state)
+        self.solver.close()
         self._bind(body)
 
     def accept(self, t: float, h: float, outcome: Outcome, error: float | None) -> Step:

@@ -217,6 +217,11 @@ class Solver:
         self._keep, self._norm = False, np.inf
         self._snes.getKSP().getPC().reset()
 
+    def close(self) -> None:
+        """Free what PETSc holds: its SNES and this object refer to each other, which no garbage collector sees."""
+        for held in (self._snes, self._A, self._b, self._x):
+            held.destroy()
+
     def _set_displacement(self, x: PETSc.Vec) -> None:
         owned = x.getArray(readonly=True)
         self.state.u.x.array[: len(owned)] = owned

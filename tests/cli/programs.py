@@ -63,9 +63,9 @@ def end(process, seconds=120):
     return Outcome(process.returncode, out, err)
 
 
-def program(*arguments, **options):
+def program(*arguments, seconds=120, **options):
     """Run the command line as a program."""
-    return end(start(*arguments, **options))
+    return end(start(*arguments, **options), seconds)
 
 
 def tree(folder):

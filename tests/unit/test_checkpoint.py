@@ -13,7 +13,7 @@ from cellmech.study_file import Case
 
 SCENES = {
     "fluid": {},
-    "inertia": {"cell": {"inertia": True}, "load": {"factor": 3.0}},
+    "inertia": {"cell": {"inertia": True}, "load": {"factor": 3.0}, "mesh": {"size_um": 3.0}, "time": {"rtol": 0.05}},
     "comes-into-reach": {
         "pillar": [{"half_width_um": 3.0}, {"x_um": 8.0, "half_width_um": 3.0, "height_um": 7.9}],
         "load": {"factor": 8.0},
