@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -11,7 +14,78 @@ from petsc4py import PETSc
 from cellmech.forms import compile_form
 from cellmech.outline import Outline
 from cellmech.residual import Body
-from cellmech.snes import RigidModes
+
+
+class RigidModes:
+    """Rigid motions that nothing resists, taken out by a constraint: mean rotation 0, mean u_x 0.
+
+    Newton runs in the space of displacements orthogonal to the modes and on the residual projected onto it. The
+    tangent is made regular by springs at two nodes, whose effect is removed exactly (Sherman-Morrison-Woodbury).
+
+    Args:
+        vectors: orthonormal PETSc vectors b_k; the constraint is b_k . u = 0.
+        pins: owned dofs (process-local numbering) that get a spring; two in all over the ranks.
+        names: of the modes, for messages.
+    """
+
+    def __init__(self, vectors: Sequence[PETSc.Vec], pins: Sequence[int], names: Sequence[str]) -> None:
+        self.vectors, self.names = list(vectors), list(names)
+        start, _ = vectors[0].getOwnershipRange()
+        comm = vectors[0].getComm().tompi4py()
+        self.pins = sorted(p for part in comm.allgather([start + int(p) for p in pins]) for p in part)
+        self.reactions = [0.0] * len(self.vectors)
+
+    def project(self, r: PETSc.Vec) -> None:
+        """Remove the modes from a residual, in place; what was removed is kept as `reactions` [Pa µm]."""
+        self.reactions = [b.dot(r) for b in self.vectors]
+        for b, reaction in zip(self.vectors, self.reactions, strict=True):
+            r.axpy(-reaction, b)
+
+
+class BorderedLU:
+    """Preconditioner that solves [K B; B^T 0] exactly, from one factorisation of K + springs at the pins."""
+
+    def __init__(self, modes: RigidModes, prefix: str) -> None:
+        self.modes, self.prefix, self.stiffness = modes, prefix, 0.0
+        self.inner: Any = None
+
+    def setUp(self, pc: PETSc.PC) -> None:
+        """Factorise and solve for the border."""
+        A, _ = pc.getOperators()
+        if self.inner is None:
+            self.inner = PETSc.PC().create(pc.getComm())
+            self.inner.setOptionsPrefix(self.prefix + "inner_")
+            self.inner.setType("lu")
+            self.inner.setFactorSolverType("mumps")
+        self.inner.setOperators(A)
+        self.inner.setUp()
+        columns = list(self.modes.vectors)
+        for pin in self.modes.pins:
+            e = A.createVecRight()
+            first, last = e.getOwnershipRange()
+            if first <= pin < last:
+                e.setValue(pin, 1.0)
+            e.assemble()
+            columns.append(e)
+        self.columns = columns
+        self.solved = [self._solve(c) for c in columns]
+        n = len(self.modes.vectors)
+        self.small = np.array([[c.dot(s) for s in self.solved] for c in columns])
+        self.small[:, n:] *= -self.stiffness
+        self.small[n:, n:] += np.eye(len(columns) - n)
+
+    def _solve(self, rhs: PETSc.Vec) -> PETSc.Vec:
+        z = rhs.duplicate()
+        self.inner.apply(rhs, z)
+        return z
+
+    def apply(self, pc: PETSc.PC, r: PETSc.Vec, z: PETSc.Vec) -> None:
+        """Solve for the correction: z = K'^-1 (r - B mu + k sum e_i z_i) with B^T z = 0."""
+        self.inner.apply(r, z)
+        n = len(self.modes.vectors)
+        unknown = np.linalg.solve(self.small, np.array([c.dot(z) for c in self.columns]))
+        for k, (value, solved) in enumerate(zip(unknown, self.solved, strict=True)):
+            z.axpy(-value if k < n else self.stiffness * value, solved)
 
 
 def rigid_modes(body: Body, centre: tuple[float, float], sideways: bool) -> RigidModes:

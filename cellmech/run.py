@@ -14,9 +14,10 @@ from scipy.optimize import brentq
 from cellmech import bdf
 from cellmech.contact import Obstacle
 from cellmech.energy import Ledger
+from cellmech.modes import RigidModes
 from cellmech.outline import Outline
 from cellmech.residual import Body, State
-from cellmech.snes import Outcome, RigidModes, Solver
+from cellmech.snes import Outcome, Solver
 from cellmech.stepping import LoadSteps, TimeSteps
 
 TOUCHING = 1e-12  # load amplitude at which the resting body counts as just touching

@@ -1,13 +1,10 @@
-"""The nonlinear solve: Newton with line search, direct factorisation, a watch on det F. The only SNES/KSP code."""
+"""The nonlinear solve: Newton with line search and direct factorisation. The only SNES/KSP code."""
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
-import basix
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -15,8 +12,9 @@ from dolfinx.fem import petsc
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from cellmech.forms import PointValues, compile_form
-from cellmech.kinematics import deformation_gradient
+from cellmech.det_f import DetFWatch
+from cellmech.forms import compile_form
+from cellmech.modes import BorderedLU, RigidModes
 from cellmech.residual import Body, State, equilibrium, load_work
 
 ROUND_OFF = 1e-13  # share of the force scale that residuals are never asked to go below
@@ -44,78 +42,6 @@ class Outcome:
     factorisations: int
     residual: float
     reason: str = ""
-
-
-class RigidModes:
-    """Rigid motions that nothing resists, taken out by a constraint: mean rotation 0, mean u_x 0.
-
-    Newton runs in the space of displacements orthogonal to the modes and on the residual projected onto it. The
-    tangent is made regular by springs at two nodes, whose effect is removed exactly (Sherman-Morrison-Woodbury).
-
-    Args:
-        vectors: orthonormal PETSc vectors b_k; the constraint is b_k . u = 0.
-        pins: owned dofs (process-local numbering) that get a spring; two in all over the ranks.
-        names: of the modes, for messages.
-    """
-
-    def __init__(self, vectors: Sequence[PETSc.Vec], pins: Sequence[int], names: Sequence[str]) -> None:
-        self.vectors, self.names = list(vectors), list(names)
-        start, _ = vectors[0].getOwnershipRange()
-        comm = vectors[0].getComm().tompi4py()
-        self.pins = sorted(p for part in comm.allgather([start + int(p) for p in pins]) for p in part)
-        self.reactions = [0.0] * len(self.vectors)
-
-    def project(self, r: PETSc.Vec) -> None:
-        """Remove the modes from a residual, in place; what was removed is kept as `reactions` [Pa µm]."""
-        self.reactions = [b.dot(r) for b in self.vectors]
-        for b, reaction in zip(self.vectors, self.reactions, strict=True):
-            r.axpy(-reaction, b)
-
-
-class _BorderedLU:
-    """Preconditioner that solves [K B; B^T 0] exactly, from one factorisation of K + springs at the pins."""
-
-    def __init__(self, modes: RigidModes, prefix: str) -> None:
-        self.modes, self.prefix, self.stiffness = modes, prefix, 0.0
-        self.inner: Any = None
-
-    def setUp(self, pc: PETSc.PC) -> None:
-        """Factorise and solve for the border."""
-        A, _ = pc.getOperators()
-        if self.inner is None:
-            self.inner = PETSc.PC().create(pc.getComm())
-            self.inner.setOptionsPrefix(self.prefix + "inner_")
-            self.inner.setType("lu")
-            self.inner.setFactorSolverType("mumps")
-        self.inner.setOperators(A)
-        self.inner.setUp()
-        columns = list(self.modes.vectors)
-        for pin in self.modes.pins:
-            e = A.createVecRight()
-            first, last = e.getOwnershipRange()
-            if first <= pin < last:
-                e.setValue(pin, 1.0)
-            e.assemble()
-            columns.append(e)
-        self.columns = columns
-        self.solved = [self._solve(c) for c in columns]
-        n = len(self.modes.vectors)
-        self.small = np.array([[c.dot(s) for s in self.solved] for c in columns])
-        self.small[:, n:] *= -self.stiffness
-        self.small[n:, n:] += np.eye(len(columns) - n)
-
-    def _solve(self, rhs: PETSc.Vec) -> PETSc.Vec:
-        z = rhs.duplicate()
-        self.inner.apply(rhs, z)
-        return z
-
-    def apply(self, pc: PETSc.PC, r: PETSc.Vec, z: PETSc.Vec) -> None:
-        """Solve for the correction: z = K'^-1 (r - B mu + k sum e_i z_i) with B^T z = 0."""
-        self.inner.apply(r, z)
-        n = len(self.modes.vectors)
-        unknown = np.linalg.solve(self.small, np.array([c.dot(z) for c in self.columns]))
-        for k, (value, solved) in enumerate(zip(unknown, self.solved, strict=True)):
-            z.axpy(-value if k < n else self.stiffness * value, solved)
 
 
 class Solver:
@@ -166,7 +92,7 @@ class Solver:
             pc.setType("lu")
             pc.setFactorSolverType("mumps")
         else:
-            self._bordered = _BorderedLU(self.modes, prefix)
+            self._bordered = BorderedLU(self.modes, prefix)
             pc.setType("python")
             pc.setPythonContext(self._bordered)
         snes.setFromOptions()
@@ -273,42 +199,3 @@ class Solver:
         if reason == PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH:
             return "no equilibrium nearby: the out-of-balance force cannot be reduced further"
         return f"the nonlinear solve stopped: {names.get(reason, reason)}"
-
-
-class DetFWatch:
-    """det F at the quadrature points and nodes of every owned cell: no state with det F <= 0 at any is accepted."""
-
-    def __init__(self, body: Body, state: State) -> None:
-        mesh = body.domain.mesh
-        points = np.vstack([quadrature(body.bulk_degree)[0], node_points(body.space)])
-        self._values = PointValues(ufl.det(deformation_gradient(state.u)), points, mesh.comm)
-        self._cells = np.arange(mesh.topology.index_map(2).size_local, dtype=np.int32)
-        self._place = PointValues(ufl.SpatialCoordinate(mesh), points, mesh.comm)(self._cells).reshape(-1, 2)
-        self._comm = mesh.comm
-        self.worst: tuple[float, float, float] | None = None
-
-    def admissible(self) -> bool:
-        """Whether det F > 0 at every point on every rank (collective); remembers the worst point if not."""
-        values = self._values(self._cells).ravel()
-        k = int(np.argmin(values)) if len(values) else -1  # a NaN counts as the least
-        mine = (np.inf, 0.0, 0.0)
-        if k >= 0:
-            value = float(values[k]) if np.isfinite(values[k]) else -np.inf
-            mine = (value, float(self._place[k, 0]), float(self._place[k, 1]))
-        if self._comm.size > 1:
-            mine = min(self._comm.allgather(mine))
-        if mine[0] > 0:
-            return True
-        self.worst = mine
-        return False
-
-
-def quadrature(degree: int) -> tuple[np.ndarray, np.ndarray]:
-    """Points, shape (n, 2), and weights, shape (n,), on the reference triangle (sum of weights 1/2)."""
-    points, weights = basix.make_quadrature(basix.CellType.triangle, degree)
-    return np.asarray(points), np.asarray(weights)
-
-
-def node_points(space: fem.FunctionSpace) -> np.ndarray:
-    """Reference coordinates of an element's nodes, shape (n_nodes, 2)."""
-    return np.asarray(space.element.interpolation_points())

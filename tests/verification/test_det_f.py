@@ -5,13 +5,14 @@ import pytest
 import ufl
 from problems import affine, block, displacement_space, hold, solid, wet
 
+from cellmech.det_f import DetFWatch
 from cellmech.errors import SolveError
 from cellmech.forms import PointValues
 from cellmech.kinematics import deformation_gradient
 from cellmech.materials import mixtures
 from cellmech.residual import Body, State
 from cellmech.run import Run, Schedule
-from cellmech.snes import DetFWatch, Solver
+from cellmech.snes import Solver
 from cellmech.stepping import History
 
 YOUNG = 10.0

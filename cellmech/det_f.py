@@ -1,0 +1,51 @@
+"""The watch on det F, and the points of an element that it and the observables look at."""
+
+from __future__ import annotations
+
+import basix
+import numpy as np
+import ufl
+from dolfinx import fem
+
+from cellmech.forms import PointValues
+from cellmech.kinematics import deformation_gradient
+from cellmech.residual import Body, State
+
+
+class DetFWatch:
+    """det F at the quadrature points and nodes of every owned cell: no state with det F <= 0 at any is accepted."""
+
+    def __init__(self, body: Body, state: State) -> None:
+        mesh = body.domain.mesh
+        points = np.vstack([quadrature(body.bulk_degree)[0], node_points(body.space)])
+        self._values = PointValues(ufl.det(deformation_gradient(state.u)), points, mesh.comm)
+        self._cells = np.arange(mesh.topology.index_map(2).size_local, dtype=np.int32)
+        self._place = PointValues(ufl.SpatialCoordinate(mesh), points, mesh.comm)(self._cells).reshape(-1, 2)
+        self._comm = mesh.comm
+        self.worst: tuple[float, float, float] | None = None
+
+    def admissible(self) -> bool:
+        """Whether det F > 0 at every point on every rank (collective); remembers the worst point if not."""
+        values = self._values(self._cells).ravel()
+        k = int(np.argmin(values)) if len(values) else -1  # a NaN counts as the least
+        mine = (np.inf, 0.0, 0.0)
+        if k >= 0:
+            value = float(values[k]) if np.isfinite(values[k]) else -np.inf
+            mine = (value, float(self._place[k, 0]), float(self._place[k, 1]))
+        if self._comm.size > 1:
+            mine = min(self._comm.allgather(mine))
+        if mine[0] > 0:
+            return True
+        self.worst = mine
+        return False
+
+
+def quadrature(degree: int) -> tuple[np.ndarray, np.ndarray]:
+    """Points, shape (n, 2), and weights, shape (n,), on the reference triangle (sum of weights 1/2)."""
+    points, weights = basix.make_quadrature(basix.CellType.triangle, degree)
+    return np.asarray(points), np.asarray(weights)
+
+
+def node_points(space: fem.FunctionSpace) -> np.ndarray:
+    """Reference coordinates of an element's nodes, shape (n_nodes, 2)."""
+    return np.asarray(space.element.interpolation_points())
