@@ -47,7 +47,9 @@ class Ledger:
             return np.zeros(self._owned)
         vector: PETSc.Vec = petsc.assemble_vector(self._terms[name])
         vector.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
-        return vector.getArray().copy()
+        values = vector.getArray().copy()
+        vector.destroy()  # petsc4py keeps what is merely dropped
+        return values
 
     def _sum(self, values: Any) -> Any:
         return self.body.domain.mesh.comm.allreduce(values)

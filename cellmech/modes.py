@@ -48,6 +48,8 @@ class BorderedLU:
     def __init__(self, modes: RigidModes, prefix: str) -> None:
         self.modes, self.prefix, self.stiffness = modes, prefix, 0.0
         self.inner: Any = None
+        self.columns: list[PETSc.Vec] = []
+        self.solved: list[PETSc.Vec] = []
 
     def setUp(self, pc: PETSc.PC) -> None:
         """Factorise and solve for the border."""
@@ -59,6 +61,7 @@ class BorderedLU:
             self.inner.setFactorSolverType("mumps")
         self.inner.setOperators(A)
         self.inner.setUp()
+        self._forget()
         columns = list(self.modes.vectors)
         for pin in self.modes.pins:
             e = A.createVecRight()
@@ -73,6 +76,19 @@ class BorderedLU:
         self.small = np.array([[c.dot(s) for s in self.solved] for c in columns])
         self.small[:, n:] *= -self.stiffness
         self.small[n:, n:] += np.eye(len(columns) - n)
+
+    def _forget(self) -> None:
+        """Free the vectors of the last factorisation; petsc4py keeps what is merely dropped."""
+        for vector in (*self.columns[len(self.modes.vectors) :], *self.solved):
+            vector.destroy()
+        self.columns, self.solved = [], []
+
+    def reset(self, pc: PETSc.PC) -> None:
+        """Begin anew, with another ordering too."""
+        self._forget()
+        if self.inner is not None:
+            self.inner.destroy()
+            self.inner = None
 
     def _solve(self, rhs: PETSc.Vec) -> PETSc.Vec:
         z = rhs.duplicate()

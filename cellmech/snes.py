@@ -127,6 +127,7 @@ class Solver:
         if self.modes is not None:
             diagonal = A.getDiagonal()
             self._bordered.stiffness = diagonal.norm(PETSc.NormType.NORM_INFINITY)
+            diagonal.destroy()
             first, last = A.getOwnershipRange()
             for pin in self.modes.pins:
                 if first <= pin < last:
@@ -145,6 +146,7 @@ class Solver:
 
     def close(self) -> None:
         """Free what PETSc holds: its SNES and this object refer to each other, which no garbage collector sees."""
+        self._snes.getKSP().getPC().reset()
         for held in (self._snes, self._A, self._b, self._x):
             held.destroy()
 
