@@ -1,74 +1,147 @@
-"""The paper's numbers beside ours: python -m cellmech.paper compare|report [--results DIR] [--out DIR].
+"""The paper's numbers beside ours: python -m cellmech.paper compare|report|audit|audit-study|audit-pairs|calibrate.
 
-Files are read and written, nothing is solved and DOLFINx is not needed. Exit status: 0; 1 when a case is missing or
-failed (the output names it); 2 for bad input.
+All but `calibrate`, which solves and may run under mpirun, read and write files only and do not need DOLFINx. Exit
+status: 0; 1 when a result is missing, or for `compare` and `report` failed (the output names it); 2 for bad input.
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
+import traceback
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from cellmech.errors import CellmechError, InputError
-from cellmech.paper.comparison import Comparison, compare
-from cellmech.paper.printed import PAPER_NUMBERS
+from cellmech.paper.comparison import compare
+from cellmech.paper.ours import STUDIES
+from cellmech.paper.printed import PAPER_NUMBERS, read_paper
 from cellmech.records import write_whole
+
+MOST_FAULTS = 60  # that are named
+Command = Callable[[argparse.Namespace], list[str]]
+"""What a command does; what is missing is returned, a line each."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command line; the exit status is returned."""
     options = _parser().parse_args(arguments)
     try:
-        comparison = compare(options.results, options.paper)
-        options.run(options, comparison)
+        faults = options.run(options)
     except CellmechError as error:
         print(f"error: {error}", file=sys.stderr)
         return 2 if isinstance(error, InputError) else 1
-    faults = comparison.ours.unsolved()
     if faults:
-        print(f"warning: {options.results}: not complete: {'; '.join(faults)}", file=sys.stderr)
+        more = f"; and {len(faults) - MOST_FAULTS} more" if len(faults) > MOST_FAULTS else ""
+        text = "; ".join(faults[:MOST_FAULTS]) + more
+        print(f"warning: {options.results}: not complete: {text}", file=sys.stderr)
     return 1 if faults else 0
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="python -m cellmech.paper", description="The paper's numbers beside ours.")
     commands = parser.add_subparsers(required=True, metavar="WHAT")
-    for name, run, about, out in (
-        (
-            "compare",
-            _compare,
-            "every printed number beside ours: compare.md and compare.csv",
-            "DIR of --results/figures",
-        ),
-        ("report", _report, "one page with figures, comparison and statistics: report.html", "DIR of --results"),
-    ):
-        command = commands.add_parser(name, help=about, description=about)
-        command.add_argument(
-            "--results",
-            type=Path,
-            default=Path("results"),
-            metavar="DIR",
-            help="has a folder a study; default: %(default)s",
-        )
+
+    def add(name: str, run: Command, about: str, out: str = "DIR of --results/figures") -> argparse.ArgumentParser:
+        command: argparse.ArgumentParser = commands.add_parser(name, help=about, description=about)
+        results = "has a folder a study; default: %(default)s"
+        command.add_argument("--results", type=Path, default=Path("results"), metavar="DIR", help=results)
         command.add_argument("--out", type=Path, metavar="DIR", help=f"where to write; default: {out}")
         command.add_argument("--paper", type=Path, default=PAPER_NUMBERS, metavar="FILE", help="the printed numbers")
+        command.add_argument("--studies", type=Path, default=STUDIES, metavar="DIR", help="of the study files")
         command.set_defaults(run=run)
+        return command
+
+    add("compare", _compare, "every printed number beside ours: compare.md and compare.csv")
+    add("report", _report, "one page with figures, comparison and statistics: report.html", "DIR of --results")
+    add("audit", _audit, "which open choices bring which printed numbers: audit.md, audit.csv and a picture")
+    add("audit-study", _audit_study, "the audit's runs, one choice at a time: audit.toml", "studies")
+    add("audit-pairs", _audit_pairs, "its pairs, of what moved most in results/audit: audit-pairs.toml", "studies")
+    calibrate = add("calibrate", _calibrate, "fit open inputs: calibration.md and .csv, and the studies of the fits")
+    calibrate.add_argument("--set", nargs="+", default=[], metavar="KEY=VALUE", help="overrides of every scene")
     return parser
 
 
-def _compare(options: argparse.Namespace, comparison: Comparison) -> None:
-    out = options.out or options.results / "figures"
+def _compare(options: argparse.Namespace) -> list[str]:
+    comparison = compare(options.results, options.paper)
     print("\n".join(comparison.reading()))
-    _write(out / "compare.md", comparison.markdown())
-    _write(out / "compare.csv", comparison.csv())
+    _write(_figures(options) / "compare.md", comparison.markdown())
+    _write(_figures(options) / "compare.csv", comparison.csv())
+    return comparison.ours.unsolved()
 
 
-def _report(options: argparse.Namespace, comparison: Comparison) -> None:
+def _report(options: argparse.Namespace) -> list[str]:
     from cellmech.paper.report import report_html  # brings Jinja2 and Pillow along
 
+    comparison = compare(options.results, options.paper)
     _write((options.out or options.results) / "report.html", report_html(options.results, comparison))
+    return comparison.ours.unsolved()
+
+
+def _audit(options: argparse.Namespace) -> list[str]:
+    from cellmech.figures.style import save, style
+    from cellmech.paper.audit import read_audit
+    from cellmech.paper.audit_picture import draw_audit
+    from cellmech.paper.audit_tables import audit_csv, audit_markdown, reading
+
+    audit = read_audit(options.results, read_paper(options.paper), options.studies)
+    print("\n".join(reading(audit)))
+    _write(_figures(options) / "audit.md", audit_markdown(audit))
+    _write(_figures(options) / "audit.csv", audit_csv(audit))
+    with style():
+        for path in save(draw_audit(audit), _figures(options), "audit"):
+            print(path)
+    return audit.missing()
+
+
+def _audit_study(options: argparse.Namespace) -> list[str]:
+    from cellmech.paper.audit_studies import singles_text
+
+    _write((options.out or options.studies) / "audit.toml", singles_text())
+    return []
+
+
+def _audit_pairs(options: argparse.Namespace) -> list[str]:
+    from cellmech.paper.audit import read_audit
+    from cellmech.paper.audit_studies import pairs_text
+
+    audit = read_audit(options.results, read_paper(options.paper), options.studies, pairs=False)
+    _write((options.out or options.studies) / "audit-pairs.toml", pairs_text(audit))
+    return audit.missing()
+
+
+def _calibrate(options: argparse.Namespace) -> list[str]:
+    from functools import partial
+
+    from mpi4py import MPI
+
+    from cellmech.paper import calibrated
+    from cellmech.paper.calibration import end_state, fit_all
+
+    world = MPI.COMM_WORLD
+    solve, paper = partial(end_state, overrides=options.set), read_paper(options.paper)
+    try:
+        fits = fit_all(paper, solve, world, _say)
+    except Exception:
+        if world.size > 1:  # the others would wait for this rank
+            traceback.print_exc()
+            world.Abort(1)
+        raise
+    if world.rank == 0:
+        mesh = f"mesh of {' '.join(options.set)}" if options.set else "default mesh"
+        _write(_figures(options) / "calibration.md", calibrated.calibration_markdown(fits, mesh))
+        _write(_figures(options) / "calibration.csv", calibrated.calibration_csv(fits))
+        _write(options.studies / "calibrated.toml", calibrated.calibrated_study(fits, mesh))
+        _write(options.studies / "saint-venant-limit.toml", calibrated.limit_study(fits, mesh))
+    return []
+
+
+def _say(line: str) -> None:
+    print(line, flush=True)
+
+
+def _figures(options: argparse.Namespace) -> Path:
+    return Path(options.out or options.results / "figures")
 
 
 def _write(path: Path, text: str) -> None:

@@ -134,10 +134,11 @@ def obeys_identity(values: Maxima) -> bool | None:
 
 def bounded_rows(paper: Paper, ours: Ours) -> list[Bounded]:
     """Every printed row that has a stress and J1."""
-    return [_bounded(paper, row, ours.at(row)) for row in paper.rows if {"sigma", "J1"} <= row.values.keys()]
+    return [bounded(paper, row, ours.at(row)) for row in paper.rows if {"sigma", "J1"} <= row.values.keys()]
 
 
-def _bounded(paper: Paper, row: PrintedRow, slot: Slot) -> Bounded:
+def bounded(paper: Paper, row: PrintedRow, slot: Slot) -> Bounded:
+    """A printed row and the case it is about."""
     printed = {"J2": math.nan, "J3": paper.largest(row.table, "J3"), **row.values}
     tail = "_max_over_time" if row.table == "fig2" else "_max"
     here = {q.paper_key: slot.value(f"nucleus.{q.key}{tail}{q.suffix}") for q in QUANTITIES}

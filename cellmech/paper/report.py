@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import csv
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -45,7 +44,8 @@ FIGURES = {  # stem -> what it is, what it must show
         "A nucleus softened step by step. S1 must be the Saint-Venant cell of Figure 3: nothing moves after the ramp.",
     ),
 }
-OTHERS = ("audit", "calibrated")  # figures that begin so belong to the audit
+OTHERS = ("audit", "calibrated", "saint-venant-limit")  # figures that begin so belong to the audit
+AUDIT = ("audit.md", "calibration.md")
 STUDIES = {"fig2": "four laws", "fig4": "fluid fractions", "fig6": "moduli", "table3": "S1, S2, S3 (Figure 7, Table 3)"}
 
 
@@ -80,6 +80,14 @@ class Runs:
     newton: int
     wall_s: float
     cells: str
+
+
+@dataclass(frozen=True)
+class Article:
+    """A text with its parts, each with a title."""
+
+    head: Markup
+    parts: Sequence[tuple[str, Markup]]
 
 
 def report_html(results: Path, comparison: Comparison) -> str:
@@ -120,7 +128,7 @@ def report_html(results: Path, comparison: Comparison) -> str:
         sections=comparison.sections(),
         bars=chart,
         bar_ticks=[(100 * pa / length, pa) for pa in range(0, int(length) + 1, max(1, round(length / 8)))],
-        audit=_audit(pictures),
+        articles=_articles(pictures),
         audit_figures=_further(pictures, audit=True),
         runs=runs,
         total=_total(runs),
@@ -194,20 +202,16 @@ def _further(folder: Path, audit: bool) -> list[Shown]:
     return [Shown(path.stem, path.stem.replace("_", " ").replace("-", " "), "", "", embed(path)) for path in of]
 
 
-def _audit(folder: Path) -> Markup | None:
-    """The audit's own words and tables; None when there is none."""
-    text, table = folder / "audit.md", folder / "audit.csv"
+def _articles(folder: Path) -> list[Article]:
+    """The words and tables of the audit, then those of the fits, as far as they are there."""
     try:
-        if text.is_file():
-            return markdown_html(text.read_text(encoding="utf-8"))
-        if table.is_file():
-            with open(table, encoding="utf-8", newline="") as stream:
-                return markdown_html("\n".join(_lines(csv.reader(stream))))
-    except (OSError, ValueError, csv.Error) as error:
+        texts = [path.read_text(encoding="utf-8") for name in AUDIT if (path := folder / name).is_file()]
+    except (OSError, ValueError) as error:
         raise InputError(str(folder), "audit", f"cannot be read ({error})") from None
-    return None
+    return [*map(_article, texts)]
 
 
-def _lines(rows: Iterable[Sequence[str]]) -> Iterable[str]:
-    for row in rows:
-        yield f"| {' | '.join(cell.replace('|', '/') for cell in row)} |"
+def _article(text: str) -> Article:
+    head, *parts = re.split(r"^## ", text, flags=re.MULTILINE)
+    titled = (part.partition("\n") for part in parts)
+    return Article(markdown_html(head), [(title, markdown_html(body)) for title, _, body in titled])

@@ -106,15 +106,14 @@ def test_reasons_and_names_are_shown_as_text(results: Path) -> None:
 
 def test_the_audit_is_taken_in_when_it_is_there(results: Path, page: str) -> None:
     assert "has not been run" in page
-    (results / "figures" / "audit.csv").write_text("choice,J1\nload 19,2.44\n")
-    text = report_html(results, compare(results))
-    assert "<td>load 19</td><td>2.44</td>" in text and "has not been run" not in text
     (results / "figures" / "audit.md").write_text("# Audit\n\nNo single *load* does it: **12 %** <at most>.\n")
+    (results / "figures" / "calibration.md").write_text("# Fits\n\nNone.\n\n## Table <1>\n\n| a |\n|---|\n| 7 |\n")
     Image.new("RGB", (9, 9)).save(results / "figures" / "audit_map.png")
     Image.new("RGB", (9, 9)).save(results / "figures" / "other.png")
     text = report_html(results, compare(results))
     audit = text[text.index('<section id="audit">') : text.index('<section id="runs">')]
     assert "<strong>12 %</strong> &lt;at most&gt;" in audit and '<figure id="audit_map">' in audit
+    assert "<summary>Table &lt;1&gt;</summary>" in audit and "<td>7</td>" in audit and "has not been run" not in text
     assert '<figure id="other">' in text and '<figure id="other">' not in audit
 
 
