@@ -58,7 +58,8 @@ def load(folder: CaseFolder, space: fem.FunctionSpace) -> tuple[Memory, dict[str
         if not comm.allreduce(missing):
             return Memory(numbers["run"], mine), numbers["case"]
         fault = "it is of another mesh"
-    folder.begin_afresh(f"the checkpoint cannot be used ({fault}): solved from the start" if fault else "")
+    if fault:
+        folder.begin_afresh(f"the checkpoint cannot be used ({fault}): solved from the start")
     return None
 
 
