@@ -8,11 +8,16 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from cellmech.archive import INTERNAL, Result, finished, forget, input_key, merge_tables, source_hash
-from cellmech.command import Command
+from cellmech.accuracy import assess, bears_on, error_trees, report, table_rows
+from cellmech.archive import INTERNAL, RESULT, Result, finished, forget, input_key, merge_tables, source_hash
+from cellmech.command import Command, Order
 from cellmech.errors import CellmechError
+from cellmech.records import json_text, to_csv, write_whole
 from cellmech.reuse import solved_beside, take_over
+from cellmech.study_file import Case
 from cellmech.sweep import Job
+
+REFINED, ACCURACY = "accuracy", "accuracy.csv"  # folder, in a case's, of the runs that show its error
 
 
 @dataclass
@@ -63,6 +68,11 @@ def _chosen(command: Command, mesh_plan: Callable[..., Any], all_keys: list[dict
         for case in order.chosen:
             label, folder = command.label(order, case), order.out / case.name
             jobs.append(Job(label, case, folder, layers, keys[case.name], source_hash()))
+            for refinement in order.refined(case):
+                label = command.label(order, case, refinement)
+                finer = Case(f"{case.name} [{refinement.name}]", refinement.scene)
+                place = folder / REFINED / refinement.name
+                jobs.append(Job(label, finer, place, layers, input_key(finer, layers), source_hash()))
     return jobs
 
 
@@ -98,3 +108,33 @@ def share_with_twin(twin: Job, job: Job, result: Result) -> Result:
         result = {**result, "status": "failed", "reason": f"{INTERNAL}: {job.folder} cannot be copied ({error})"}
         copied = None
     return copied or {**result, "case": twin.case.name}
+
+
+def attach_errors(command: Command, order: Order, results: dict[str, Result]) -> dict[str, list[str]]:
+    """Put the errors that are asked for into the results and their files; returns lines for people by case.
+
+    Args:
+        command: what is asked for.
+        order: one of its orders.
+        results: by label, those of the refinements included; a case whose error is known gets a new one.
+
+    Raises:
+        CellmechError: a file cannot be written.
+    """
+    told = {}
+    for case in order.chosen:
+        label = command.label(order, case)
+        if not order.parts or results[label]["status"] != "solved":
+            continue
+        refined = {r.name: results[command.label(order, case, r)] for r in order.refined(case)}
+        good = {name: result if result["status"] == "solved" else None for name, result in refined.items()}
+        assessed = assess(results[label], good, [part for part in bears_on(case.scene) if part in order.parts])
+        results[label] = {**results[label], **error_trees(assessed)}
+        folder = order.out / case.name
+        try:
+            write_whole(folder / RESULT, json_text(results[label]))
+            write_whole(folder / ACCURACY, to_csv(table_rows(assessed)))
+        except OSError as error:
+            raise CellmechError(f"{folder}: the errors cannot be written ({error.strerror})") from None
+        told[label] = report(assessed)
+    return told

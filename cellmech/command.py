@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NoReturn
 
+from cellmech.accuracy import ALL_PARTS, Refinement, refinements
 from cellmech.archive import SUMMARY, TIMINGS
 from cellmech.errors import InputError
 from cellmech.study_file import Case, Study, load_study
@@ -63,6 +64,7 @@ def parser() -> argparse.ArgumentParser:
         metavar="N",
         help="MPI ranks that share a case; 1 if not given, more where there are fewer cases than ranks",
     )
+    add("--accuracy", action="store_true", help="solve each case refined, too, and report the error of every number")
     add("--shard", metavar="I/N", help="take every N-th of the cases, from the I-th on: for N machines at once")
     add("--quiet", action="store_true", help="print errors and one last line only")
     add("-h", "--help", action="store_true", help="print this and stop")
@@ -77,11 +79,17 @@ class Order:
         study: with all its cases: the mesh plan, and so the result of a case, depends on them.
         out: folder of the results.
         chosen: the cases to solve.
+        parts: of their error that are asked for.
     """
 
     study: Study
     out: Path
     chosen: tuple[Case, ...]
+    parts: tuple[str, ...] = ()
+
+    def refined(self, case: Case) -> tuple[Refinement, ...]:
+        """The runs that show the error of a case; none if it is not asked for."""
+        return refinements(case.scene, self.parts) if self.parts else ()
 
 
 @dataclass(frozen=True)
@@ -99,9 +107,10 @@ class Command:
     orders: tuple[Order, ...]
     ranks_per_case: int = 1
 
-    def label(self, order: Order, case: Case) -> str:
-        """What the user reads for a case."""
-        return case.name if len(self.orders) == 1 else f"{order.study.stem}/{case.name}"
+    def label(self, order: Order, case: Case, refinement: Refinement | None = None) -> str:
+        """What the user reads for a case, or for one of its refinements."""
+        name = case.name if len(self.orders) == 1 else f"{order.study.stem}/{case.name}"
+        return name if refinement is None else f"{name} [{refinement.name}]"
 
 
 def understand(arguments: Sequence[str] | None, ranks: int) -> Command:
@@ -127,7 +136,7 @@ def understand(arguments: Sequence[str] | None, ranks: int) -> Command:
     orders = _sharded(_orders(studies, options), *shard)
     if not options.list:
         _check_folders(orders, make=not options.check)
-    count = sum(len(order.chosen) for order in orders)
+    count = sum(1 + len(order.refined(case)) for order in orders for case in order.chosen)
     return Command(options, orders, n or max(ranks // max(count, 1), 1))
 
 
@@ -180,7 +189,7 @@ def _orders(studies: Sequence[Study], options: argparse.Namespace) -> tuple[Orde
             rule = f"must differ in name from {orders[out].study.path}: both would write into {out}"
             raise InputError(str(study.path), "", rule, None, "Start them one after the other, each with its --out.")
         chosen = tuple(case for case in study.cases if not options.only or case.name in options.only)
-        orders[out] = Order(study, out, chosen)
+        orders[out] = Order(study, out, chosen, ALL_PARTS if options.accuracy else study.accuracy)
     return tuple(orders.values())
 
 

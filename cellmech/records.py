@@ -20,7 +20,7 @@ FLUSH_EVERY_S = 3.0
 PARTIAL = ".partial-"  # begins the name of a file that is being written
 CHECKPOINT = "checkpoint.npz"
 FROM_AN_EARLIER_RUN = ("result.json", CHECKPOINT, "history.csv", "fields.*", "fields_*", f"{PARTIAL}*")
-NO_SCALARS = ("schema", "scene", "versions", "model")  # of result.json: where a result comes from
+NO_SCALARS = ("schema", "scene", "versions", "model", "accuracy")  # of result.json: where a result comes from
 
 
 def write_whole(path: Path, text: str, durable: bool = True) -> None:

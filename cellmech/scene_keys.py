@@ -11,7 +11,7 @@ from cellmech.errors import InputError
 from cellmech.scene import Scene
 from cellmech.scene_parts import Table
 
-STUDY_TABLES = ("sweep", "case")  # keys of a study file that are no part of a scene
+STUDY_TABLES = ("sweep", "case", "accuracy")  # keys of a study file that are no part of a scene
 
 
 def _tree(table: type[Table]) -> dict[str, Any]:

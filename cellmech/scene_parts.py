@@ -127,12 +127,13 @@ class Load(Table):
 
 
 class Contact(Table):
-    """Penalty contact: its form and its widths."""
+    """Penalty contact: its form and its widths; its integrand has a kink, which asks for a high degree."""
 
     form: Annotated[Literal["surface", "volume", "volume-printed"], Choice()] = "surface"
     penalty_Pa_per_um: Annotated[float, Number("Pa/µm", above=0, most=1e12)] = 50.0
     smoothing_um: Length = 0.005
     volume_width_um: Length = 0.05
+    quadrature_degree: Annotated[int, Whole(2, 60)] = 9
 
 
 class Time(Table):
@@ -151,13 +152,14 @@ class Mesh(Table):
     """Element sizes and the order of the displacement.
 
     `contact_size_um` is the size at the contact zone, chosen by the mesh module where it is None; `thin_layers`
-    the number of elements across each thin layer.
+    the number of elements across each thin layer. `quadrature_degree` is that of the bulk terms.
     """
 
     size_um: Length = 0.6
     contact_size_um: Length | None = None
     thin_layers: Annotated[int, Whole(1, 8)] = 1
     order: Annotated[int, Whole(1, 2)] = 2
+    quadrature_degree: Annotated[int, Whole(1, 20)] = 4
 
 
 class Output(Table):

@@ -221,6 +221,8 @@ class Setup:
             contact=contact,
             density=scene.cell.density_kg_m3 * KG_M3 if scene.cell.inertia else None,
             amplitude=ramp(scene.load.half_ramp_s),
+            bulk_degree=scene.mesh.quadrature_degree,
+            contact_degree=scene.contact.quadrature_degree,
         )
         outline, rest = Outline(domain, space, "outer"), fem.Function(space)
         near = {label: outline.max_depth(rest, [o]) > -width for label, o in self.obstacles.items()}

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 
 from mpi4py import MPI
 
-from cellmech.agenda import Agenda, draw_up, share_with_twin
+from cellmech.agenda import Agenda, attach_errors, draw_up, share_with_twin
 from cellmech.archive import SUMMARY, Result, merge_tables
 from cellmech.command import Command, parser, understand
 from cellmech.errors import CellmechError, InputError
@@ -145,11 +145,14 @@ def close(command: Command, agenda: Agenda, solved: Mapping[str, Result]) -> int
     shared = {twin.label: share_with_twin(twin, job, solved[job.label]) for twin, job in agenda.twins}
     results = {**agenda.known, **solved, **shared}
     for order, keys in zip(command.orders, agenda.keys, strict=True):
+        errors = attach_errors(command, order, results)
         known = {case.name: results[command.label(order, case)] for case in order.chosen}
         here = merge_tables(order.out, order.study.cases, keys, known)
         if not command.options.quiet:
             table = results_table(list(here), list(here.values()))
             say(f"\n{order.study.title}: largest values in the nucleus at the end\n{table}\n")
+            for name, lines in errors.items():
+                say("\n".join([f"{name}: {lines[0]}", *lines[1:]]))
         good = sum(result["status"] == "solved" for result in here.values())
         left = f", {more} not yet" if (more := len(order.study.cases) - len(here)) else ""
         files = f"{SUMMARY} and a folder per case in {order.out}{os.sep}"

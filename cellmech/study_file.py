@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from cellmech.accuracy import ALL_PARTS
 from cellmech.errors import InputError
 from cellmech.scene import Scene
 from cellmech.scene_file import read_scene
@@ -39,12 +40,21 @@ class Case:
 
 @dataclass(frozen=True)
 class Study:
-    """A study file as read: `path` is None for Table 1 without a file, `stem` names the results folder."""
+    """A study file as read.
+
+    Args:
+        title: for people.
+        path: None for Table 1 without a file.
+        stem: names the results folder.
+        cases: at least one.
+        accuracy: the parts of the error that `[accuracy]` asks for.
+    """
 
     title: str
     path: Path | None
     stem: str
     cases: tuple[Case, ...]
+    accuracy: tuple[str, ...] = ()
 
 
 def load_study(path: str | os.PathLike[str] | None, overrides: Sequence[str] = ()) -> Study:
@@ -66,6 +76,7 @@ def load_study(path: str | os.PathLike[str] | None, overrides: Sequence[str] = (
     sweep, named = data.pop("sweep", None), data.pop("case", None)
     if sweep is not None and named is not None:
         raise InputError(where, "case", "must not stand beside [sweep]", None, "Use one of them, or two files.")
+    accuracy = _accuracy_parts(data.pop("accuracy", None), where)
     variants: tuple[Variant, ...] = ()
     if sweep:
         variants = swept_variants(sweep, where)
@@ -77,7 +88,24 @@ def load_study(path: str | os.PathLike[str] | None, overrides: Sequence[str] = (
     source = _Source(where, data, sets)
     cases = tuple(source.case(variant) for variant in variants or [Variant(stem, {})])
     check_names((case.name for case in cases), where)  # last: a bad value says more than the name made of it
-    return Study(cases[0].scene.title or stem, None if path is None else Path(where), stem, cases)
+    return Study(cases[0].scene.title or stem, None if path is None else Path(where), stem, cases, accuracy)
+
+
+def _accuracy_parts(table: object, where: str) -> tuple[str, ...]:
+    """The parts that `[accuracy]` asks for, all of them if it does not say; none without the table."""
+    if table is None:
+        return ()
+    if not isinstance(table, dict):
+        hint = "Write [accuracy], with parts if not all are wanted."
+        raise InputError(where, "accuracy", "must be a table", brief(table), hint)
+    for key, value in table.items():
+        if key != "parts":
+            raise InputError(where, f"accuracy.{key}", "unknown key", brief(value), "Did you mean accuracy.parts?")
+    parts = table.get("parts", list(ALL_PARTS))
+    if not isinstance(parts, list) or not parts or any(part not in ALL_PARTS for part in parts):
+        rule = f"must be a list of some of {', '.join(ALL_PARTS)}"
+        raise InputError(where, "accuracy.parts", rule, brief(parts), 'Such as ["mesh", "time"].')
+    return tuple(part for part in ALL_PARTS if part in parts)
 
 
 def read_toml(where: str) -> dict[str, Any]:
