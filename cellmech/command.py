@@ -134,9 +134,9 @@ def understand(arguments: Sequence[str] | None, ranks: int) -> Command:
         raise InputError("--out", "", "must name a folder", "")
     studies = [load_study(path, sets) for path in paths or [_main_job()]]
     orders = _sharded(_orders(studies, options), *shard)
+    count = sum(1 + len(order.refined(case)) for order in orders for case in order.chosen)
     if not options.list:
         _check_folders(orders, make=not options.check)
-    count = sum(1 + len(order.refined(case)) for order in orders for case in order.chosen)
     return Command(options, orders, n or max(ranks // max(count, 1), 1))
 
 
