@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import ufl
@@ -13,11 +13,15 @@ from petsc4py import PETSc
 from cellmech.forms import compile_form
 from cellmech.residual import Body, State, contact_work, load_work, stored_energy, viscous_work
 
+Fields: TypeAlias = dict[str, np.ndarray]
+
 
 class Ledger:
-    """Integrates the works over accepted steps by the trapezoidal rule, second order in the step.
+    """Integrates the works over accepted steps, force and path as quadratics through the last three of them.
 
-    The follower traction of the contact has no potential, so its energy is the time integral of its power.
+    The follower traction of the contact has no potential, so its energy is the time integral of its power. Third order
+    in the step; the first step, which has no predecessor, is booked by the trapezoidal rule. The contact's work, small
+    beside the others, needs this: at the default tolerance the trapezoidal rule alone is 1.6 % off.
     Serves one body; after a change of its obstacles `rebind` it.
     """
 
@@ -58,6 +62,8 @@ class Ledger:
         """Start from the current displacement, free of force."""
         self._earlier = self.state.u.x.array[: self._owned].copy()
         self._forces = {"viscous": np.zeros(self._owned), "contact": np.zeros(self._owned)}
+        self._slopes: Fields = {}
+        self._last_step = 0.0
 
     def begin(self, amplitude: float) -> None:
         """State the load amplitude [-] at which the body is at rest at the start (0, or 1 when it is switched on)."""
@@ -85,30 +91,47 @@ class Ledger:
             self._kinetic = compile_form(form, self.body.domain.mesh.comm)
         return float(self._sum(fem.assemble_scalar(self._kinetic)))
 
-    def add_step(self, amplitude: float) -> None:
-        """Book the step from the last accepted displacement to now. Call before history moves; collective."""
-        u = self.state.u.x.array[: self._owned]
+    def add_step(self, amplitude: float, step: float) -> None:
+        """Book the step [s] from the last accepted displacement to now. Call before history moves; collective."""
+        u = self.state.u.x.array[: self._owned].copy()
         forces = {name: self._assemble(name) for name in self._forces}
-        du = u - self._earlier
-        load = (self.amplitude + amplitude) / 2 * self.load_vector @ du
-        viscous, contact = ((self._forces[name] + forces[name]) @ du / 2 for name in ("viscous", "contact"))
-        works = self._sum(np.array([load, viscous, -contact]))
+        load, load_before = ({"load": a * self.load_vector} for a in (amplitude, self.amplitude))
+        now, before = forces | load | {"path": u}, self._forces | load_before | {"path": self._earlier}
+        slopes = {name: (now[name] - before[name]) / step for name in now}
+        works = self._sum(np.array([self._work(n, now, before, slopes, step) for n in ("load", "viscous", "contact")]))
         self.load_work += float(works[0])
         self.dissipated += float(works[1])
-        self.contact_work += float(works[2])
-        self._earlier, self._forces, self.amplitude = u.copy(), forces, amplitude
+        self.contact_work -= float(works[2])
+        self._earlier, self._forces, self.amplitude = u, forces, amplitude
+        self._slopes, self._last_step = slopes, step
+
+    def _work(self, name: str, now: Fields, before: Fields, slopes: Fields, step: float) -> float:
+        """int f . du over the step [Pa µm^2]: the trapezoidal rule, and what the curvatures of f and u add to it.
+
+        With second divided differences f2, u2 over the last two steps the quadratics give h^3/6 (f' . u2 - f2 . u').
+        """
+        f, u = slopes[name], slopes["path"]
+        trapezoid = float((before[name] + now[name]) @ u) * step / 2
+        if not self._slopes:
+            return trapezoid
+        f2, u2 = ((slopes[n] - self._slopes[n]) / (step + self._last_step) for n in (name, "path"))
+        return trapezoid + step**3 / 6 * float(f @ u2 - f2 @ u)
 
     def numbers(self) -> dict[str, float]:
-        """What has been integrated [Pa µm^2], and the load amplitude it has been brought to [-]."""
-        return {name: getattr(self, name) for name in ("load_work", "dissipated", "contact_work", "amplitude")}
+        """What has been integrated [Pa µm^2], the load amplitude it has been brought to [-], and the last step [s]."""
+        names = ("load_work", "dissipated", "contact_work", "amplitude")
+        return {name: getattr(self, name) for name in names} | {"last_step": self._last_step}
 
-    def fields(self) -> dict[str, np.ndarray]:
-        """The forces at the last accepted step [Pa µm], owned nodes."""
-        return self._forces
+    def fields(self) -> Fields:
+        """The forces at the last accepted step [Pa µm], and the slopes over it of forces and path; owned nodes."""
+        return self._forces | {f"slope_{name}": values for name, values in self._slopes.items()}
 
-    def recall(self, numbers: dict[str, float], fields: dict[str, np.ndarray]) -> None:
+    def recall(self, numbers: dict[str, float], fields: Fields) -> None:
         """Go on from what `numbers` and `fields` held; the state has been recalled."""
-        for name, value in numbers.items():
-            setattr(self, name, value)
+        for name in ("load_work", "dissipated", "contact_work", "amplitude"):
+            setattr(self, name, numbers[name])
+        self._last_step = numbers["last_step"]
         self._earlier = self.state.u.x.array[: self._owned].copy()
         self._forces = {name: fields[name][: self._owned].copy() for name in self._forces}
+        slopes = [name for name in fields if name.startswith("slope_")]
+        self._slopes = {name.removeprefix("slope_"): fields[name][: self._owned].copy() for name in slopes}

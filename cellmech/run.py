@@ -245,7 +245,7 @@ class Run:
         self.totals.steps += 1
         self.largest = self._largest_now if error is not None else self.largest
         amplitude = self.body.amplitude(t)
-        self.ledger.add_step(amplitude)
+        self.ledger.add_step(amplitude, h)
         return Step(t, h, amplitude, outcome.iterations, error)
 
     def no_way_on(self, reason: str, amplitude: float) -> str:

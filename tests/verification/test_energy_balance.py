@@ -1,4 +1,10 @@
-"""Work of the load = stored + dissipated + done against the contact + kinetic, closing at second order in the step."""
+"""Work of the load = stored + dissipated + done against the contact + kinetic.
+
+A quasi-static state is in equilibrium at every step, so that only the integration of the works over time leaves a gap:
+third order in the step. Kinetic energy by BDF2 is of second order.
+"""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -41,7 +47,7 @@ def books(body, n):
     ledger = Ledger(body, state)
     ledger.begin(0.0)
     state.u.x.array[1::2] = -1e-3  # a first guess in contact, where the tangent is regular
-    march(body, GRAVITY, np.full(n, END / n), lambda t: ledger.add_step(body.amplitude(t)), state)
+    march(body, GRAVITY, np.full(n, END / n), lambda t: ledger.add_step(body.amplitude(t), END / n), state)
     return ledger
 
 
@@ -50,8 +56,9 @@ def gap(ledger):
 
 
 @pytest.mark.parametrize("obstacle", [Flat(0.0), Pillar(0.0, -1.0, 1.5, 1.0, 2.0)], ids=["flat", "round"])
-def test_energy_balance_closes_at_second_order_in_the_step(obstacle):
-    body = pressed_block(obstacle)
+def test_energy_balance_closes_at_third_order_in_the_step(obstacle):
+    """The load stops at half its ramp: from rest to rest the leading terms cancel, and the order would be 4."""
+    body = replace(pressed_block(obstacle), amplitude=lambda t: ramp(t / 2))
     ledgers = [books(body, n) for n in (10, 20, 40)]
     gaps = np.array([abs(gap(ledger)) for ledger in ledgers])
     orders = np.log2(gaps[:-1] / gaps[1:])
@@ -59,7 +66,7 @@ def test_energy_balance_closes_at_second_order_in_the_step(obstacle):
     for part in (last.stored(), last.dissipated, last.contact_work):
         assert part > 0.1 * last.load_work
     assert gaps[-1] < 1e-4 * last.load_work
-    assert np.all(np.abs(orders - 2.0) < 0.15)
+    assert np.all(np.abs(orders - 3.0) < 0.15)
 
 
 def test_energy_balance_of_a_run_under_error_control_closes():
@@ -97,7 +104,7 @@ def test_free_fall_has_order_2_in_position_and_turns_work_into_kinetic_energy():
         state = State(body)
         ledger = Ledger(body, state)
         ledger.begin(0.0)
-        march(body, GRAVITY, np.full(n, END / n), lambda t, ledger=ledger: ledger.add_step(t), state)
+        march(body, GRAVITY, np.full(n, END / n), lambda t, ledger=ledger: ledger.add_step(t, END / n), state)
         exact = -GRAVITY / density * END**3 / 6
         errors.append(np.abs(state.u.x.array[1::2] / exact - 1).max())
         gaps.append(abs(gap(ledger)) / ledger.load_work)
