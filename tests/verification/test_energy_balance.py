@@ -104,7 +104,7 @@ def test_free_fall_has_order_2_in_position_and_turns_work_into_kinetic_energy():
         state = State(body)
         ledger = Ledger(body, state)
         ledger.begin(0.0)
-        march(body, GRAVITY, np.full(n, END / n), lambda t, ledger=ledger: ledger.add_step(t, END / n), state)
+        march(body, GRAVITY, np.full(n, END / n), lambda t, ledger=ledger, h=END / n: ledger.add_step(t, h), state)
         exact = -GRAVITY / density * END**3 / 6
         errors.append(np.abs(state.u.x.array[1::2] / exact - 1).max())
         gaps.append(abs(gap(ledger)) / ledger.load_work)
