@@ -130,7 +130,7 @@ class Contact:
 
     form: str = "surface"
     kappa: Any = 50.0
-    width: Any = 0.005
+    width: Any = 1e-4
 
     @property
     def threshold_um(self) -> float:

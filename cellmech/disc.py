@@ -12,20 +12,48 @@ import numpy as np
 from cellmech.errors import InputError
 from cellmech.geo_script import GeoScript, Sector
 
-# Element sizes in units of DiscSpec.size_um, and slopes of size over distance, chosen by measurement on Table 1, where
-# the reported maxima have to settle. Three places decide. The membrane bends most at the edge of the contact and beside
-# it, and only short edges along it resolve that; the cytosol above may be coarse. The strain beside the lamina varies
-# along it. And J2 peaks inside the nucleus, between its centre and the contact.
-_FAR, _CONTACT, _OUTLINE, _CORE = 1.6, 0.18, 0.2, 0.58
-_GROWTH = 0.6  # away from the nucleus outline and from the core of the nucleus
-_FADE = 0.2  # along the nucleus outline, away from the contact
-_DEEPER, _ALONG = 0.4, 0.12  # away from the contact zone: into the cell, and along the rim
-_ZONE, _SKIN = 0.33, 0.06  # radius and depth of the contact zone in units of the outer radius
-_CORE_AT, _CORE_RADIUS = 0.32, 0.3  # the core: how far towards the contact, in units of the nucleus's radius
-_ELONGATION = 2.6  # most of a structured element across its layer; there strain is nearly linear
+THIN = 0.2  # of the outer radius: a layer below it is thin
 BOTTOM, SIDE, TOP = (0.0, -1.0), (1.0, 0.0), (0.0, 1.0)
 
 Rule = tuple[str, str, object, bool]  # key, rule, value got, whether it holds
+
+
+@dataclass(frozen=True)
+class Grading:
+    """How the element size varies over a disc: sizes in units of `DiscSpec.size_um`, slopes of size over distance.
+
+    Chosen by measurement on Table 1, where every reported number has to be within 1 % (`benchmarks/accuracy.py`). Three
+    places decide. The membrane bends most at the edge of the contact and beside it, and only short edges along it
+    resolve that; the cytosol above may be coarse. The strain beside the lamina varies along it. And J2 peaks inside the
+    nucleus, between its centre and the contact.
+
+    Args:
+        far: size far from all of these.
+        contact, outline, core: size in the contact zone, along the nucleus outline where it faces the contact, and in
+            the core of the nucleus.
+        growth: away from the nucleus outline and from the core.
+        fade: along the nucleus outline, away from the contact.
+        deeper, along: away from the contact zone, into the cell and along the rim.
+        zone, skin: radius and depth of the contact zone in units of the outer radius.
+        inside: share of the zone's radius within which the contact edge does not lie; the size grows again there.
+        core_at, core_radius: how far the core lies towards the contact, and its radius, in units of the nucleus's.
+        elongation: most of a structured element across its layer; there strain is nearly linear.
+    """
+
+    far: float = 1.28
+    contact: float = 0.07
+    outline: float = 0.128
+    core: float = 0.376
+    growth: float = 0.6
+    fade: float = 0.2
+    deeper: float = 0.4
+    along: float = 0.1
+    zone: float = 0.33
+    inside: float = 0.7
+    skin: float = 0.06
+    core_at: float = 0.32
+    core_radius: float = 0.4
+    elongation: float = 2.6
 
 
 @dataclass(frozen=True)
@@ -39,13 +67,14 @@ class DiscSpec:
         centre: x, y of the centre.
         interfaces: layers that are meshed apart, from the inside out: name and outer radius.
         nucleus_radius_um: this circle is always an interface, the facet group "nucleus_outline".
-        size_um: the element size that the others follow; far from contact and outline they reach 1.6 times it.
-        contact_size_um: size in the contact zone; None for 0.18 `size_um`.
-        outline_size_um: size along the nucleus outline where it faces the contact; None for 0.2 `size_um`.
+        size_um: the element size that the others follow, as `grading` says.
+        contact_size_um: size in the contact zone; None for the grading's.
+        outline_size_um: size along the nucleus outline where it faces the contact; None for the grading's.
         order: 1 for straight triangles, 2 for curved ones.
-        thin_layers: least number of elements across a layer.
+        thin_layers: least number of elements across a thin layer.
         touch: points where contact begins; None for the bottom, () for no contact zone.
-        contact_zone_um: how far the refined rim reaches from each of them; None for 0.33 times the outer radius.
+        contact_zone_um: how far the refined rim reaches from each of them; None for the grading's.
+        grading: how the size varies.
 
     Raises:
         InputError: a value breaks its rule.
@@ -64,9 +93,10 @@ class DiscSpec:
     contact_size_um: float | None = None
     outline_size_um: float | None = None
     order: int = 2
-    thin_layers: int = 1
+    thin_layers: int = 2
     touch: tuple[tuple[float, float], ...] | None = None
     contact_zone_um: float | None = None
+    grading: Grading = Grading()
 
     def __post_init__(self) -> None:
         lengths = ("size_um", "contact_size_um", "outline_size_um", "contact_zone_um")
@@ -84,25 +114,27 @@ class DiscSpec:
 
 def size_expression(spec: DiscSpec) -> str:
     """Element size [µm] in the right half of a disc, a Gmsh MathEval expression in x and y."""
+    grade = spec.grading
     x0, y0 = spec.centre
     rim = spec.interfaces[-1][1]
-    far = _FAR * spec.size_um
-    contact = spec.contact_size_um or _CONTACT * spec.size_um
-    outline = spec.outline_size_um or _OUTLINE * spec.size_um
-    zone = spec.contact_zone_um or _ZONE * rim
+    far = grade.far * spec.size_um
+    contact = spec.contact_size_um or grade.contact * spec.size_um
+    outline = spec.outline_size_um or grade.outline * spec.size_um
+    zone = spec.contact_zone_um or grade.zone * rim
     touch = ((x0, y0 - rim),) if spec.touch is None else spec.touch
     centre, nucleus = _distance(x0, y0), spec.nucleus_radius_um
-    beside = f"{outline:.12g} + {_GROWTH} * abs({centre} - {nucleus:.12g})"
+    beside = f"{outline:.12g} + {grade.growth} * abs({centre} - {nucleus:.12g})"
     size = f"{far:.12g}" if touch else f"min({far:.12g}, {beside})"
     for x, y in touch:
         dx, dy = abs(x - x0), y - y0  # the left half is the mirror image of the right one
         away, reach = _distance(x0 + dx, y), math.hypot(dx, dy)
-        deeper = f"{_DEEPER} * max(0, {(1 - _SKIN) * rim:.12g} - {centre})"
-        near = f"{contact:.12g} + {_ALONG} * max(0, {away} - {zone:.12g}) + {deeper}"
-        facing = f"{beside} + {_FADE} * max(0, {away} - {reach:.12g})"
-        towards = _CORE_AT * nucleus / reach
-        beyond = f"{_distance(x0 + towards * dx, y0 + towards * dy)} - {_CORE_RADIUS * nucleus:.12g}"
-        core = f"{_CORE * spec.size_um:.12g} + {_GROWTH} * max(0, {beyond})"
+        deeper = f"{grade.deeper} * max(0, {(1 - grade.skin) * rim:.12g} - {centre})"
+        edge = f"max(0, max({away} - {zone:.12g}, {grade.inside * zone:.12g} - {away}))"
+        near = f"{contact:.12g} + {grade.along} * {edge} + {deeper}"
+        facing = f"{beside} + {grade.fade} * max(0, {away} - {reach:.12g})"
+        towards = grade.core_at * nucleus / reach
+        beyond = f"{_distance(x0 + towards * dx, y0 + towards * dy)} - {grade.core_radius * nucleus:.12g}"
+        core = f"{grade.core * spec.size_um:.12g} + {grade.growth} * max(0, {beyond})"
         size = f"min({size}, min({near}, min({facing}, {core})))"
     return size
 
@@ -143,9 +175,10 @@ def _elements_across(spec: DiscSpec, inner: float, outer: float) -> int:
     names |= {"x": spec.centre[0] + middle * np.cos(angle), "y": spec.centre[1] + middle * np.sin(angle)}
     # The very text that Gmsh gets, so that the two cannot disagree.
     size = eval(size_expression(spec).replace("^", "**"), {"__builtins__": {}}, names) * np.ones_like(angle)
-    if size.max() * spec.thin_layers <= outer - inner:
+    least = spec.thin_layers if outer - inner < THIN * spec.interfaces[-1][1] else 1
+    if size.max() * least <= outer - inner:
         return 0
-    return max(spec.thin_layers, math.ceil((outer - inner) / (_ELONGATION * size.min())))
+    return max(least, math.ceil((outer - inner) / (spec.grading.elongation * size.min())))
 
 
 def _distance(x: float, y: float) -> str:

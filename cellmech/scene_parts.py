@@ -131,7 +131,7 @@ class Contact(Table):
 
     form: Annotated[Literal["surface", "volume", "volume-printed"], Choice()] = "surface"
     penalty_Pa_per_um: Annotated[float, Number("Pa/µm", above=0, most=1e12)] = 50.0
-    smoothing_um: Length = 0.005
+    smoothing_um: Length = 1e-4
     volume_width_um: Length = 0.05
     quadrature_degree: Annotated[int, Whole(2, 60)] = 9
 
@@ -157,7 +157,7 @@ class Mesh(Table):
 
     size_um: Length = 0.6
     contact_size_um: Length | None = None
-    thin_layers: Annotated[int, Whole(1, 8)] = 1
+    thin_layers: Annotated[int, Whole(1, 8)] = 2
     order: Annotated[int, Whole(1, 2)] = 2
     quadrature_degree: Annotated[int, Whole(1, 20)] = 4
 

@@ -15,6 +15,7 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from cellmech.contact import Contact, Flat, Obstacle, Pillar, smooth_step
+from cellmech.disc import Grading
 from cellmech.domain import Domain, build_domain
 from cellmech.energies import LAWS, lame
 from cellmech.errors import SolveError
@@ -42,13 +43,20 @@ MERGED: dict[tuple[LayerName, ...], str] = {("nucleoplasm", "lamina"): "nucleus"
 
 @dataclass(frozen=True)
 class MeshPlan:
-    """Which layers the meshes of a study keep apart: pairs that no case distinguishes are meshed as one."""
+    """How the cases of a study are meshed.
+
+    Args:
+        merged: pairs of layers that no case distinguishes; they are meshed as one.
+        grading: where the elements are small.
+    """
 
     merged: tuple[tuple[LayerName, ...], ...] = ()
+    grading: Grading = Grading()
 
     def key(self) -> str:
-        """For the hash that ties a result to its inputs."""
-        return ";".join("+".join(pair) for pair in self.merged)
+        """For the hash that ties a result to its inputs; the default grading is part of the program's own."""
+        other = [] if self.grading == Grading() else [repr(self.grading)]
+        return ";".join(["+".join(pair) for pair in self.merged] + other)
 
     def interfaces(self, scene: Scene) -> tuple[tuple[str, float], ...]:
         """(name, outer radius [µm]) of the groups to mesh, from the inside out."""
@@ -172,6 +180,7 @@ class Setup:
             thin_layers=scene.mesh.thin_layers,
             touch=tuple((t.x_um, t.y_um) for t in self.place.touch),
             contact_zone_um=self._contact_zone_um(),
+            grading=plan.grading,
         )
         self.domain = _domain(self.spec, comm.py2f())
         self.obstacles = obstacles_of(scene)

@@ -549,7 +549,7 @@ def test_hash_ignores_title_and_spelling_but_no_value():
     assert scene_hash(scene_of("cell.gap_um = -0.0")) == base
     others = [
         "layer.lamina.young_Pa = 1000.0000000001", 'layer.lamina.law = "yeoh"', "flat = false", "pillar = []",
-        "mesh.thin_layers = 2", "output.times_s = [1]", "cell.poisson = 0.44", "load.half_ramp_s = 0",
+        "mesh.thin_layers = 3", "output.times_s = [1]", "cell.poisson = 0.44", "load.half_ramp_s = 0",
     ]  # fmt: skip
     hashes = {scene_hash(scene_of(text)) for text in others}
     assert len(hashes | {base}) == len(others) + 1
