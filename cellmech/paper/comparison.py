@@ -102,6 +102,9 @@ class Comparison:
         parts = {"sigma": "σ_Mises", "J1": "J1 − 2", "J2": "J2 − 2", "J3": "J3 − 1"}
         middle = (f"{name} × {significant(self.median_ratio(q), 2)}" for q, name in parts.items())
         yield f"Typical (median) ours/printed: {', '.join(middle)}."
+        bars = [number.outside for number in judged if number.outside is not None]
+        if bars:
+            yield f"Of {len(bars)} printed numbers whose error was measured, {sum(bars)} lie outside our error bars."
 
     def _of_places(self) -> Iterable[str]:
         good, known = self.extremes()

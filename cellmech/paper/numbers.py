@@ -72,6 +72,12 @@ class Number:
         return self.slot.error(self.key)
 
     @property
+    def outside(self) -> bool | None:
+        """Whether the printed value lies outside our error bar, half its last digit granted; None if not measured."""
+        gap = abs(self.ours - self.printed)
+        return None if math.isnan(gap) or math.isnan(self.error) else gap > self.error + self.half_digit
+
+    @property
     def ratio(self) -> float:
         """Ours / printed."""
         return self.ours / self.printed if self.printed else math.nan

@@ -123,8 +123,14 @@ class TestNumbers:
         found = number(compare(results), "fig2", "yeoh", "J1")
         assert found.error == 3e-4 and math.isnan(number(compare(results), "fig2", "yeoh", "J2").error)
         assert signal(found.ours, 2.0, found.error) == "2.00800"
+        assert found.outside is True and number(compare(results), "fig2", "yeoh", "J2").outside is None
+        assert any(
+            "Of 1 printed numbers whose error was measured, 1 lie" in line for line in compare(results).reading()
+        )
         line = next(line for line in compare(results).markdown().splitlines() if "Yeoh" in line and "| J1 " in line)
         assert "0.0003" in line
+        change(results / "fig2" / "yeoh", error={"nucleus": {"J1_max_over_time": 1.0}})
+        assert number(compare(results), "fig2", "yeoh", "J1").outside is False
 
     def test_a_misprint_is_listed_and_not_counted(self, steady_results: Path) -> None:
         comparison = compare(steady_results)
