@@ -1,7 +1,7 @@
 """Cook's membrane in plane strain at finite strain, with a law that the package does not have.
 
 48/44/16 mm, clamped at the left, a dead shear of 62.5 kPa on the right; lengths in mm and stresses in kPa throughout.
-The reference is the lead's of two independent codes: the middle of the right edge rises by 14.74 ± 0.02 mm.
+By two independent codes the middle of the right edge rises by 14.74 ± 0.02 mm.
 """
 
 import numpy as np
