@@ -71,8 +71,7 @@ class Ladder:
     """States rows and asserts them."""
 
     def __init__(self, table: Table) -> None:
-        self.table = table
-        self.failed = False
+        self.table, self.failed = table, False
 
     def __call__(
         self, case: str, *, ours: Any, reference: Any = 0.0, rel: float = 0.0, abs: float = 0.0, unit: str = ""

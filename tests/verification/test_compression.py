@@ -1,4 +1,4 @@
-"""Plane-strain compression of Mooney-Rivlin and Yeoh blocks: the incompressible closed form is their limit nu -> 1/2."""
+"""Plane-strain compression of Mooney-Rivlin and Yeoh: the incompressible closed form is their limit nu -> 1/2."""
 
 import numpy as np
 import pytest

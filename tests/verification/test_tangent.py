@@ -65,7 +65,9 @@ def test_stored_energy_differentiated_numerically_is_the_internal_work(law, ladd
         return fem.assemble_scalar(energy)
 
     ours = central_difference(stored, 5e-5)
-    ladder(f"stored energy differentiated, {law}: internal work", ours=ours, reference=expected, rel=1e-8, unit="Pa µm²")
+    ladder(
+        f"stored energy differentiated, {law}: internal work", ours=ours, reference=expected, rel=1e-8, unit="Pa µm²"
+    )
 
 
 @pytest.mark.parametrize(("law", "form"), CASES, ids=["-".join(case) for case in CASES])
