@@ -57,7 +57,7 @@ setup: ## install what is missing: Debian packages, then .venv
 study: setup ## the main job: the four constitutive laws under Table 1, into results/fig2
 	$(STUDY) studies/fig2.toml --out $(RESULTS)/fig2 $(WITH)
 
-test: setup ## all tests, the MPI ones included
+test: setup ## the tests, the MPI ones included; the slowest verification is for make verify
 	$(PYTHON) -m pytest $(ARGS)
 
 verify: setup ## every case with a known answer, the slow ones too, as one table into results/verify
@@ -128,7 +128,7 @@ lint: setup ## ruff and mypy
 	$(PYTHON) -m ruff format --check .
 	$(PYTHON) -m mypy
 
-check: lint test ## lint, then all tests
+check: lint test ## lint, then the tests
 
 bench: setup ## speed against a plain FEniCSx script
 	$(PYTHON) benchmarks/speed.py $(ARGS)

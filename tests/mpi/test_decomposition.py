@@ -8,8 +8,8 @@ from cli.programs import program
 pytestmark = pytest.mark.mpi
 
 SCENES = {
-    "half": 'title = "half"\n[mesh]\nsize_um = 1.2\n[time]\nend_s = 3000.0\n',
-    "full": 'title = "full"\n[cell]\nshape = "full"\n[mesh]\nsize_um = 1.5\n[time]\nend_s = 1500.0\nrtol = 1e-2\n',
+    "half": 'title = "half"\n[mesh]\nsize_um = 1.5\n[time]\nend_s = 3000.0\n',
+    "full": 'title = "full"\n[cell]\nshape = "full"\n[mesh]\nsize_um = 2.0\n[time]\nend_s = 1000.0\nrtol = 1e-2\n',
 }
 
 
@@ -17,7 +17,7 @@ def history(folder, name, ranks):
     scene = folder / f"{name}.toml"
     scene.write_text(SCENES[name])
     out = folder / f"on-{ranks}" / name  # side by side the first result would be taken over
-    outcome = program(scene, "--out", out, "--ranks-per-case", ranks, "--quiet", ranks=ranks)
+    outcome = program(scene, "--out", out, "--ranks-per-case", ranks, "--quiet", ranks=ranks, seconds=300)
     assert outcome.status == 0, outcome.err
     with open(out / name / "history.csv", newline="") as file:
         return list(csv.DictReader(file))
