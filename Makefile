@@ -42,7 +42,7 @@ unexport PYTHONPATH PYTHONHOME PETSC_DIR PETSC_ARCH SLEPC_DIR
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help setup study test paper paper-runs taken-over figures-smoke compare report audit calibrate calibrated
+.PHONY: help setup study test verify paper paper-runs taken-over figures-smoke compare report audit calibrate calibrated
 .PHONY: fig1 fig2 fig3 fig4 fig5 fig6 fig7 table1 table2 table3 table-fig2 lint check bench clean
 MAKEFLAGS += --no-print-directory
 # A case that failed fails its study, and the figures that show the others and say so. So where goals follow each other
@@ -57,8 +57,11 @@ setup: ## install what is missing: Debian packages, then .venv
 study: setup ## the main job: the four constitutive laws under Table 1, into results/fig2
 	$(STUDY) studies/fig2.toml --out $(RESULTS)/fig2 $(WITH)
 
-test: setup ## all tests, the MPI ones included
+test: setup ## the tests, the MPI ones included; the slowest verification is for make verify
 	$(PYTHON) -m pytest $(ARGS)
+
+verify: setup ## every case with a known answer, the slow ones too, as one table into results/verify
+	$(PYTHON) -m pytest -m "" --ladder $(RESULTS)/verify --no-header -q $(ARGS)
 
 paper: ## the whole paper: 57 runs, every figure and table, the comparison, the report
 	@$(MAKE) --keep-going paper-runs taken-over $(DRAWN:%=draw-%) compare report
@@ -125,7 +128,7 @@ lint: setup ## ruff and mypy
 	$(PYTHON) -m ruff format --check .
 	$(PYTHON) -m mypy
 
-check: lint test ## lint, then all tests
+check: lint test ## lint, then the tests
 
 bench: setup ## speed against a plain FEniCSx script
 	$(PYTHON) benchmarks/speed.py $(ARGS)

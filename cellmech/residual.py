@@ -28,7 +28,7 @@ class Body:
         mixtures: materials (`cellmech.materials.mixtures`).
         bcs: homogeneous or fixed Dirichlet conditions on the displacement, built on `space`.
         body_force: dead force per reference volume at full load [Pa/µm], shape (2,), numbers or a UFL vector field.
-        tractions: dead traction per reference area [Pa] by name of the facet group.
+        tractions: dead traction per reference area at full load [Pa] by name of the facet group, each as `body_force`.
         contact: how obstacles push, None without any.
         obstacles: the obstacles that are modelled.
         density: [Pa s^2/µm^2] when inertia is modelled, None for a quasi-static body.
@@ -41,7 +41,7 @@ class Body:
     space: fem.FunctionSpace
     bcs: tuple[Any, ...] = ()
     body_force: Any = (0.0, 0.0)
-    tractions: dict[str, Sequence[float]] | None = None
+    tractions: dict[str, Any] | None = None
     contact: Contact | None = None
     obstacles: tuple[Obstacle, ...] = ()
     density: float | None = None
@@ -154,14 +154,14 @@ def contact_work(body: Body, state: State, w: Any) -> ufl.Form | None:
 
 def load_work(body: Body, w: Any) -> ufl.Form:
     """Virtual work of the dead loads at full amplitude [Pa µm] (eqs 24, 32)."""
-    mesh = body.domain.mesh
-    force = body.body_force
-    if not isinstance(force, ufl.core.expr.Expr):
-        force = fem.Constant(mesh, np.array(force, dtype=float))
-    work = ufl.dot(force, w) * body.domain.dx(body.bulk_degree)
+
+    def vector(load: Any) -> Any:
+        is_field = isinstance(load, ufl.core.expr.Expr)
+        return load if is_field else fem.Constant(body.domain.mesh, np.array(load, dtype=float))
+
+    work = ufl.dot(vector(body.body_force), w) * body.domain.dx(body.bulk_degree)
     for name, traction in (body.tractions or {}).items():
-        t = fem.Constant(mesh, np.array(traction, dtype=float))
-        work += ufl.dot(t, w) * body.domain.ds(body.bulk_degree, (name,))
+        work += ufl.dot(vector(traction), w) * body.domain.ds(body.bulk_degree, (name,))
     return work
 
 

@@ -22,6 +22,11 @@ CASES = [*((law, 3.0) for law in LAW_NAMES), ("yeoh", 0.0)]  # the last one is e
 STRESS_FREE = CASES[:-1]
 
 
+def named(law: str, i1_rest: float) -> str:
+    """A law's name in the table."""
+    return law if i1_rest else f"{law} as printed"
+
+
 @lru_cache
 def law_at(law: str, i1_rest: float = 3.0):
     """(W, S) of the package as a function of the displacement gradient, S of shape (3, 3)."""
@@ -113,20 +118,19 @@ def rotation(angle):
 
 
 @pytest.mark.parametrize(("law", "i1_rest"), STRESS_FREE)
-def test_law_at_rest_has_no_energy_and_no_stress(law, i1_rest):
+def test_law_at_rest_has_no_energy_and_no_stress(law, i1_rest, ladder):
     W, S = law_at(law, i1_rest)(np.zeros((2, 2)))
-    assert abs(W) < 1e-14 * MU
-    assert np.abs(S).max() < 1e-14 * MU
+    ladder(f"law at rest, {law}: W and S over µ", ours=[W / MU, *(S / MU).ravel()], abs=1e-14)
 
 
-def test_printed_yeoh_at_rest_has_the_stress_minus_1_2_alpha():
+def test_printed_yeoh_at_rest_has_the_stress_minus_1_2_alpha(ladder):
     alpha = MU / 2 - MU / 0.4
     _, S = law_at("yeoh", 0.0)(np.zeros((2, 2)))
-    np.testing.assert_allclose(S, -1.2 * alpha * np.eye(3), rtol=0, atol=1e-13 * MU)
+    ladder("law at rest, yeoh as printed: S over µ", ours=S / MU, reference=-1.2 * alpha / MU * np.eye(3), abs=1e-13)
 
 
 @pytest.mark.parametrize("law", LAW_NAMES)
-def test_law_at_small_strain_has_the_stated_moduli(law):
+def test_law_at_small_strain_has_the_stated_moduli(law, ladder):
     """mu for every law; lambda as given, for Yeoh lambda + 4 alpha_Y1 = lambda + 4 mu at the printed beta."""
     h = 1e-9
     lmbda = LMBDA + 4 * MU if law == "yeoh" else LMBDA
@@ -135,19 +139,22 @@ def test_law_at_small_strain_has_the_stated_moduli(law):
     stretch = stress([[h, 0.0], [0.0, 0.0]])[1] / h
     np.testing.assert_allclose(shear, MU * (np.eye(3)[[1, 0, 2]] - np.diag([0, 0, 1])), rtol=0, atol=1e-6 * MU)
     np.testing.assert_allclose(stretch, np.diag([lmbda + 2 * MU, lmbda, lmbda]), rtol=0, atol=1e-6 * MU)
+    ladder(f"small strain, {law}: shear modulus over µ", ours=shear[0, 1] / MU, reference=1.0, abs=1e-6)
+    ladder(f"small strain, {law}: λ over µ", ours=stretch[1, 1] / MU, reference=lmbda / MU, abs=1e-6)
 
 
 @pytest.mark.parametrize(("law", "i1_rest"), CASES)
 @pytest.mark.parametrize("size", [0.02, 0.3, 1.5])
-def test_stress_by_differentiation_equals_the_equations_by_hand(law, i1_rest, size):
+def test_stress_by_differentiation_equals_the_equations_by_hand(law, i1_rest, size, ladder):
     """All nine components, S_zz included."""
     for H in random_gradients(size):
         F = three_d(np.eye(2) + H)
         W, S = law_at(law, i1_rest)(H)
         W_hand, S_hand = paper(law, F.T @ F, i1_rest)
-        scale = np.abs(S_hand).max()
-        assert W == pytest.approx(W_hand, rel=1e-12, abs=1e-13 * MU)
-        np.testing.assert_allclose(S, S_hand, rtol=0, atol=1e-12 * max(scale, MU))
+        scale = max(np.abs(S_hand).max(), MU)
+        ladder(f"{named(law, i1_rest)}: W by hand, over µ", ours=W / MU, reference=W_hand / MU, rel=1e-12, abs=1e-13)
+        case = f"{named(law, i1_rest)}: S by differentiation and eqs 17-20 by hand, over the largest"
+        ladder(case, ours=S / scale, reference=S_hand / scale, abs=1e-12)
 
 
 @pytest.mark.parametrize("law", LAW_NAMES)
@@ -165,7 +172,7 @@ def test_stress_by_differentiation_holds_for_any_spatial_strain(law):
 
 @pytest.mark.parametrize(("law", "i1_rest"), CASES)
 @pytest.mark.parametrize("size", [1e-4, 1e-6, 1e-8, 1e-10])
-def test_stress_at_small_strain_keeps_its_digits(law, i1_rest, size):
+def test_stress_at_small_strain_keeps_its_digits(law, i1_rest, size, ladder):
     """Against the same law in 60 digits; a plain ln J or C - I would be left with 6 digits at 1e-10, or with none."""
     for H in random_gradients(size, count=3):
         with mpmath.workdps(60):
@@ -180,13 +187,15 @@ def test_stress_at_small_strain_keeps_its_digits(law, i1_rest, size):
             W_exact, S_exact = paper(law, F.T @ F, i1_rest, log=np.frompyfunc(mpmath.log, 1, 1), one=mpmath.mpf(1))
             S_exact, W_exact = S_exact.astype(float), float(W_exact)
         W, S = law_at(law, i1_rest)(H)
-        assert np.abs(S - S_exact).max() < 1e-9 * np.abs(S_exact).max()
+        scale = np.abs(S_exact).max()
+        case = f"{named(law, i1_rest)}: S at gradients 1e-4 … 1e-10 and in 60 digits, over the largest"
+        ladder(case, ours=S / scale, reference=S_exact / scale, abs=1e-9)
         if i1_rest == 3.0:
             assert W == pytest.approx(W_exact, rel=1e-9, abs=0.0)
 
 
 @pytest.mark.parametrize(("law", "i1_rest"), CASES)
-def test_law_is_frame_indifferent(law, i1_rest):
+def test_law_is_frame_indifferent(law, i1_rest, ladder):
     """W and S of Q F equal those of F; and W depends on F, so that the claim is not empty."""
     evaluate = law_at(law, i1_rest)
     for H in random_gradients(0.4, count=4):
@@ -194,8 +203,9 @@ def test_law_is_frame_indifferent(law, i1_rest):
         W, S = evaluate(H)
         for angle in (0.1, 1.0, 3.0):
             W_turned, S_turned = evaluate(rotation(angle) @ F - np.eye(2))
-            assert W_turned == pytest.approx(W, rel=1e-12, abs=1e-12 * MU)
-            np.testing.assert_allclose(S_turned, S, rtol=0, atol=1e-12 * max(np.abs(S).max(), MU))
+            case, scale = f"{named(law, i1_rest)}: W(QF) = W(F), over µ", max(np.abs(S).max(), MU)
+            ladder(case, ours=W_turned / MU, reference=W / MU, rel=1e-12, abs=1e-12)
+            np.testing.assert_allclose(S_turned, S, rtol=0, atol=1e-12 * scale)
         assert abs(evaluate(F @ rotation(0.5) @ np.diag([1.1, 1.0]) - np.eye(2))[0] - W) > 1e-3 * MU
 
 

@@ -51,31 +51,35 @@ def outline_force(run, obstacle, kappa, s):
 
 
 @pytest.mark.parametrize("form", ["surface", "volume"])
-def test_contact_force_of_a_settled_body_is_its_weight_to_the_newton_tolerance(form):
+def test_contact_force_of_a_settled_body_is_its_weight_to_the_newton_tolerance(form, ladder):
     run = settled(solid(young=20.0), Pillar(0.0, -1.0, 2.0, 1.0, 2.0), Contact(form, 50.0, 0.02))
     force = run.ledger.contact_force()
-    assert force[1] == pytest.approx(GRAVITY, rel=1e-8)
+    case = f"settled weight, {form} contact: force"
+    ladder(case, ours=force[1], reference=GRAVITY, rel=1e-8, unit="Pa µm")
     assert force[0] > 0.01 * GRAVITY  # a round obstacle spreads the half block, its plane of symmetry holds
 
 
-def test_settled_pressure_is_the_law_of_the_depth_pointwise():
+def test_settled_pressure_is_the_law_of_the_depth_pointwise(ladder):
     obstacle = Pillar(0.0, -1.0, 2.0, 1.0, 2.0)
     run = settled(solid(young=20.0), obstacle, Contact("surface", 50.0, 0.02))
     force = outline_force(run, obstacle, 50.0, 0.02)
-    np.testing.assert_allclose(force, run.ledger.contact_force(), rtol=0, atol=1e-3 * GRAVITY)
+    ours = run.ledger.contact_force()
+    case = "settled weight: force from p(d) along the outline"
+    ladder(case, ours=ours, reference=force, abs=1e-3 * GRAVITY, unit="Pa µm")
 
 
 @pytest.mark.parametrize("kappa", [50.0, 500.0])
-def test_penetration_times_kappa_is_the_pressure_where_s_kappa_is_small(kappa):
+def test_penetration_times_kappa_is_the_pressure_where_s_kappa_is_small(kappa, ladder):
     """Uniform pressure under a block on a flat: d = p/kappa + s/2 exactly, kappa d = p within s kappa/(2 p)."""
     s = 1e-5
     run = settled(solid("saint-venant", 20.0, 0.0), Flat(0.0), Contact("surface", kappa, s), pressed=True)
     d = run.outline.max_depth(run.state.u, [Flat(0.0)])
-    assert d == pytest.approx(GRAVITY / kappa + s / 2, rel=1e-8)
-    assert kappa * d == pytest.approx(GRAVITY, rel=s * kappa / GRAVITY)
+    case = f"settled weight, κ = {kappa:g}"
+    ladder(f"{case}: depth", ours=d, reference=GRAVITY / kappa + s / 2, rel=1e-8, unit="µm")
+    ladder(f"{case}: depth times κ", ours=kappa * d, reference=GRAVITY, rel=s * kappa / GRAVITY, unit="Pa")
 
 
-def test_block_pushed_onto_a_flat_has_the_pressure_of_the_strain_left_to_it():
+def test_block_pushed_onto_a_flat_has_the_pressure_of_the_strain_left_to_it(ladder):
     """Contact patch: height 2, top pushed down by 0.1, nu = 0, Saint-Venant; stretch a = 1 - (0.1 - d)/2."""
     young, kappa, s, push, height = 10.0, 50.0, 0.005, 0.1, 2.0
     domain = block(1.0, height, 3, 5, bottom="outer")
@@ -104,5 +108,6 @@ def test_block_pushed_onto_a_flat_has_the_pressure_of_the_strain_left_to_it():
     d = brentq(imbalance, s, push, xtol=1e-15)
     assert pressure(d) > 0.2
     bottom = Outline(domain, space, "outer").nodes(state.u)
-    np.testing.assert_allclose(depth(Flat(0.0), bottom), d, rtol=1e-6)
+    ours = pressure(depth(Flat(0.0), bottom))
+    ladder("contact patch: pressure", ours=ours, reference=pressure(d), rel=1e-6, unit="Pa")
     np.testing.assert_allclose(bottom[..., 0], Outline(domain, space, "outer").reference[..., 0], rtol=0, atol=1e-8)

@@ -1,7 +1,11 @@
-"""The tangent is the derivative of the residual: Taylor remainders with contact, fluid and inertia."""
+"""The internal work is the derivative of the energy, the tangent that of the residual.
+
+Finite differences of what the package assembles, with contact, fluid and inertia, in every law.
+"""
 
 import numpy as np
 import pytest
+import ufl
 from dolfinx import fem
 from dolfinx.fem import petsc
 from problems import LAW_NAMES, affine, block, displacement_space, wet
@@ -11,7 +15,7 @@ from cellmech.contact import Contact, Flat, Pillar
 from cellmech.forms import compile_form
 from cellmech.materials import mixtures
 from cellmech.outline import Outline
-from cellmech.residual import Body, State, equilibrium
+from cellmech.residual import Body, State, equilibrium, internal_work, stored_energy
 
 OBSTACLES = (Flat(0.05), Pillar(0.2, -1.0, 1.5, 1.1, 4.0))
 CASES = [*((law, "surface") for law in LAW_NAMES), ("neo-hookean", "volume"), ("neo-hookean", "volume-printed")]
@@ -42,8 +46,33 @@ def loaded_body(law, form):
     return body, state, rng
 
 
+def central_difference(function, h):
+    """f'(0) from f at +-h and +-2h, to fourth order in h."""
+    return (8 * (function(h) - function(-h)) - (function(2 * h) - function(-2 * h))) / (12 * h)
+
+
+@pytest.mark.parametrize("law", LAW_NAMES)
+def test_stored_energy_differentiated_numerically_is_the_internal_work(law, ladder):
+    body, state, rng = loaded_body(law, "surface")
+    comm, u = body.domain.mesh.comm, state.u.x.array.copy()
+    energy = compile_form(stored_energy(body, state), comm)
+    work = compile_form(internal_work(body, state, ufl.TestFunction(body.space)), comm)
+    v = rng.uniform(-1, 1, len(u))
+    expected = petsc.assemble_vector(work).getArray() @ v
+
+    def stored(epsilon):
+        state.u.x.array[:] = u + epsilon * v
+        return fem.assemble_scalar(energy)
+
+    ours = central_difference(stored, 5e-5)
+    ladder(
+        f"stored energy differentiated, {law}: internal work", ours=ours, reference=expected, rel=1e-8, unit="Pa µm²"
+    )
+
+
 @pytest.mark.parametrize(("law", "form"), CASES, ids=["-".join(case) for case in CASES])
-def test_tangent_leaves_a_taylor_remainder_of_order_2(law, form):
+def test_tangent_is_the_derivative_of_the_residual(law, form, ladder):
+    """By central differences, and by Taylor remainders of order 2."""
     body, state, rng = loaded_body(law, form)
     comm = body.domain.mesh.comm
     R, K = (compile_form(f, comm) for f in equilibrium(body, state, fem.Constant(body.domain.mesh, 0.7)))
@@ -64,6 +93,8 @@ def test_tangent_leaves_a_taylor_remainder_of_order_2(law, form):
     sizes = 2e-3 * 0.5 ** np.arange(4)
     remainders = np.array([np.linalg.norm(residual(e) - at_rest - e * change) for e in sizes])
     first_order = np.array([np.linalg.norm(residual(e) - at_rest) for e in sizes])
-    orders = np.log2(remainders[:-1] / remainders[1:])
-    assert np.all(np.abs(orders - 2.0) < 0.15)
+    ours, scale = central_difference(residual, 1e-5), np.abs(change).max()
+    case = f"residual differentiated, {law}, {form} contact"
+    ladder(f"{case}: tangent, over its largest", ours=ours / scale, reference=change / scale, abs=1e-8)
+    ladder.order(f"{case}: Taylor remainder", remainders, 2.0, 0.15)
     assert np.all(np.abs(np.log2(first_order[:-1] / first_order[1:]) - 1.0) < 0.15)
