@@ -132,8 +132,8 @@ def solve_case(
 def _lost(step: Step, found: Stability) -> str:
     """The verdict on a state that no mesh determines."""
     return (
-        f"ellipticity is lost at t = {step.t_s:.6g} s, load amplitude {step.amplitude:.6g}: {found}; beyond, the "
-        "material can fail in bands as thin as the mesh allows, and states depend on the mesh"
+        f"ellipticity is lost at t = {step.t_s:.6g} s, load amplitude {step.amplitude:.6g}: {found}: from there on "
+        "the material can fail in bands as thin as the mesh allows, and states depend on the mesh"
     )
 
 
@@ -153,9 +153,7 @@ def _last_good_state(run: Run | None, scalars: dict[str, Any], stability: Stabil
     if scalars:
         text = f"; in the last state, which is saved (t = {run.t:.6g} s), det F is {scalars['cell']['det_F_min']:.3g}"
         text += " at least and"
-    if stability.lost:
-        return f"{text} ellipticity is lost: {stability}"
-    return f"{text} the material is stable everywhere: {stability}"
+    return f"{text} {'ellipticity is lost' if stability.lost else 'the material is stable everywhere'}: {stability}"
 
 
 def _refuse_sliding(contact: dict[str, Any]) -> None:

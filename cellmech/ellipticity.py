@@ -14,9 +14,10 @@ not prevent it.
 
 What the four laws can do in plane strain (mu = 1, k = J1 - 2, every N; `tests/unit/test_ellipticity.py`):
 
-- Saint-Venant: is lost in compression. Under uniaxial strain s the wave across it sees (3 s^2 - 1)(lambda + 2 mu)/2,
-  zero at s = 1/sqrt(3) for any nu; the shear wave sees 1 + (lambda + 2 mu)(s^2 - 1)/2, which for nu > 0 is lost first:
-  at s^2 = 1 - 2/(lambda + 2 mu), s = 0.905 for nu = 0.45.
+- Saint-Venant: is lost in compression. Under uniaxial strain s the compressive wave along it sees (3 s^2 - 1)
+  (lambda + 2 mu)/2, zero at s = 1/sqrt(3) for any nu: the limit point of the one-dimensional law. Waves that shear see
+  less: for nu = 0 an oblique one is lost at s = 2 - sqrt(2), for larger nu ever earlier (0.906 for nu = 0.45), and
+  under equal compression all are at s^2 = (lambda + mu)/(lambda + 2 mu) (s = 0.953).
 - neo-Hookean: Q = I + (1 + lambda (1 - ln J)) b b^T with b = F^-T N, so the margin is 1 in every state with
   ln J <= 1 + mu/lambda (J <= 3.04 for nu = 0.45), however compressed; it can be lost in larger expansion only.
 - Mooney-Rivlin: the same with another function of J, which for the printed beta is positive for all J: margin 1.
@@ -30,6 +31,7 @@ Deformations, 6.2.7; Knowles & Sternberg (1977), J. Elasticity 8, 329-379, for p
 from __future__ import annotations
 
 import dataclasses
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -47,7 +49,8 @@ from cellmech.residual import Body
 DIRECTIONS = 12  # of the first scan over half a turn
 REFINEMENTS = 8  # parabolas through three directions, each on a quarter of the width before
 ROUND_OFF = 1e-12  # of an eigenvalue over mu
-GROWTH = 2.0  # of the largest strain after which a state is looked at in any case
+GROWTH = 2.0  # of the largest strain, and …
+INCREMENT = 0.05  # … addition to it, after which a state is looked at in any case
 SHARE = 0.25  # of its margin that a state may have lost, going on as before, when it is looked at again
 UNIFORM = 1e-9  # a margin nearer to 1 than this is that of the whole body: no place or direction is weaker
 
@@ -85,8 +88,8 @@ class Stability:
             return "margin 1 everywhere" if self.margin is not None else "no solid"
         x, y = self.at_um
         return (
-            f"margin {self.margin:.3g} at reference x = {x:.3g}, y = {y:.3g} um in the {self.layer}, "
-            f"across {self.angle_deg:.0f} degrees with motion along {self.amplitude_deg:.0f}"
+            f"margin {self.margin:.3g} at reference x = {x:.3g}, y = {y:.3g} um in the {self.layer} "
+            f"(normal at {self.angle_deg:.0f} degrees, motion at {self.amplitude_deg:.0f})"
         )
 
 
@@ -157,8 +160,11 @@ class StabilityWatch:
     def look_if_due(self) -> Stability | None:
         """The least margin of the current state; None while it cannot have come near to 0. Collective."""
         (strain, margin), now = self.seen, self._strain()
+        if now <= strain:
+            return None
         lost = (1 - margin) * (now / strain - 1) if strain else np.inf  # the margin is 1 at rest, where strain is 0
-        return self.look(now) if now > GROWTH * strain or lost > SHARE * margin else None
+        due = now > GROWTH * strain or now > strain + INCREMENT or lost > SHARE * margin
+        return self.look(now) if due else None
 
     def look(self, strain: float | None = None) -> Stability:
         """The least margin of the current state. Collective."""
@@ -179,15 +185,12 @@ def yeoh_bounds(beta_over_mu: float) -> tuple[float | None, float | None]:
     stiff: the second. With softer volumes it is lost somewhat earlier, for beta/mu = 2.5 never below J1 = 4.98.
 
     Returns:
-        Both bounds; None where there is none, as in compression for 0.0556 < beta/mu < 0.857.
+        Both bounds; None where there is none: in compression for beta/mu < 0.857, in stretch for 0.0556 … 0.5.
     """
     c = beta_over_mu - 0.5
-    if c == 0:
-        return None, None
-    compressed = 2.5 - np.sign(c) * np.sqrt(max(6.25 + 5 / c, 0.0)) if c > 0 else -np.inf
-    stretched = 2.25 + 1 / c
-    beyond = None if stretched < 0 else 3.5 + np.sign(c) * np.sqrt(stretched)
-    return (float(2 + compressed) if compressed > -2 else None), (None if beyond is None else float(beyond))
+    below = 4.5 - math.sqrt(6.25 + 5 / c) if c > 5 / 14 else None
+    beyond = 3.5 + math.copysign(math.sqrt(2.25 + 1 / c), c) if c > 0 or c < -4 / 9 else None
+    return below, beyond
 
 
 def moduli(u: fem.Function, mixture: Mixture) -> Any:
