@@ -49,9 +49,9 @@ from cellmech.residual import Body
 DIRECTIONS = 12  # of the first scan over half a turn
 REFINEMENTS = 8  # parabolas through three directions, each on a quarter of the width before
 ROUND_OFF = 1e-12  # of an eigenvalue over mu
-GROWTH = 2.0  # of the largest strain, and …
+GROWTH = 10.0  # of the largest strain, and …
 INCREMENT = 0.05  # … addition to it, after which a state is looked at in any case
-SHARE = 0.25  # of its margin that a state may have lost, going on as before, when it is looked at again
+SHARE = 0.25  # of a margin; see StabilityWatch
 UNIFORM = 1e-9  # a margin nearer to 1 than this is that of the whole body: no place or direction is weaker
 
 
@@ -143,6 +143,8 @@ class Ellipticity:
 
 class StabilityWatch:
     """Looks at the states of a run as often as their margin could run out: a look costs a tenth of a time step.
+
+    A state is looked at when, going on with its strain as it did so far, the margin would have lost `SHARE` of itself.
 
     Args:
         body: the problem.

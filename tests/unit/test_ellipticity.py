@@ -310,7 +310,7 @@ def test_watch_looks_seldom_and_misses_no_loss(law, sign, late):
     body = Body(domain, mixtures(domain, {"solid": solid(law, YOUNG, 0.45)}), displacement_space(domain))
     state = State(body)
     watch, looks, lost = StabilityWatch(body, state.u), 0, []
-    for k, stretch in enumerate(np.exp(sign * np.geomspace(1e-6, 1.0, 1000))):
+    for steps, stretch in enumerate(np.exp(sign * np.geomspace(1e-6, 1.0, 1000))):  # noqa: B007
         state.u.x.array[:] = affine(body.space, uniaxial(stretch) - np.eye(2))
         found = watch.look_if_due()
         looks += found is not None
@@ -320,7 +320,7 @@ def test_watch_looks_seldom_and_misses_no_loss(law, sign, late):
             break
     assert found.lost
     assert abs(lost[-1] - lost[0]) <= late * 1.2
-    assert looks < k / 10
+    assert looks < steps / 10
 
 
 def test_watch_rests_while_nothing_moves():
