@@ -15,12 +15,12 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from cellmech import __version__, checkpoint
+from cellmech.ellipticity import Stability, StabilityWatch
 from cellmech.errors import SolveError
-from cellmech.model import YEOH_STABLE, describe_model
+from cellmech.model import describe_model
 from cellmech.observables import Observer
 from cellmech.records import CaseFolder, flatten
 from cellmech.run import Memory, Run, Step
-from cellmech.scene import Scene
 from cellmech.scene_file import scene_to_toml
 from cellmech.setup import MeshPlan, Setup, mesh_plan
 from cellmech.study_file import Case
@@ -65,6 +65,7 @@ def solve_case(
     folder.write_text("scene.toml", scene_to_toml(scene))
     setup = Setup(scene, comm, plan)
     run: Run | None = None
+    stability: Stability | None = None
     scalars: dict[str, Any] = {}
     series: list[tuple[float, str]] = []
     status, reason, settled = "solved", "", None
@@ -73,16 +74,22 @@ def solve_case(
         run = setup.create_run(folder.log)
         for line in describe_model(setup, run).lines():
             folder.log(line)
-        observer = Observer(run, setup.layout())
+        observer, watch = Observer(run, setup.layout()), StabilityWatch(run.body, run.state.u)
         if (found := checkpoint.load(folder, setup.body.space)) is not None:
             memory, mine = found
             run.recall(memory)
             observer.peaks, series, earlier_s = mine["peaks"], mine["series"], mine["wall_s"]
+            watch.seen = tuple(mine["stability_seen"])
             scalars, settled = observer.observe(run.t), run.rate()
             folder.log(f"goes on from the checkpoint at t = {run.t:.6g} s, step {run.totals.steps}")
 
         def on_step(step: Step) -> None:
-            nonlocal settled
+            nonlocal settled, stability
+            found = watch.look_if_due() if step.t_s < scene.time.end_s else watch.look()
+            if found is not None and found.lost and scalars:
+                _take_back(run, step)
+                raise SolveError(_lost(step, found))
+            stability = found or stability
             scalars.clear()
             scalars.update(observer.observe(step.t_s))
             settled = run.rate()
@@ -93,15 +100,18 @@ def solve_case(
                 write_fields(folder, observer, step.t_s, series)
             if run.modes is not None:
                 _refuse_sliding(scalars["contact"])
+            if found is not None and found.lost:
+                raise SolveError(_lost(step, found))
 
         def on_checkpoint(memory: Memory) -> None:
             wall_s = earlier_s + time.perf_counter() - started
-            mine = {"peaks": observer.peaks, "series": series, "wall_s": wall_s}
+            mine = {"peaks": observer.peaks, "series": series, "wall_s": wall_s, "stability_seen": watch.seen}
             checkpoint.save(folder, setup.body.space, memory, mine)
 
         run.run(on_step, on_checkpoint)
     except SolveError as error:
-        status, reason = "failed", str(error) + _last_good_state(scene, scalars)
+        stability = watch.look() if run is not None and run.totals.newton_iterations else None
+        status, reason = "failed", str(error) + _last_good_state(run, scalars, stability)
         folder.log(f"failed: {reason}")
     if scalars and run is not None:
         write_fields(folder, observer, run.t, series)
@@ -112,23 +122,38 @@ def solve_case(
         "status": status,
         "reason": reason,
         "settled": settled,
+        "stability": None if stability is None else stability.as_dict(),
         "wall_s": earlier_s + time.perf_counter() - started,
     }
     folder.log(f"{status} in {result['wall_s']:.2f} s")
     return result | scalars
 
 
-def _last_good_state(scene: Scene, scalars: dict[str, Any]) -> str:
-    """What the last accepted state says about a failure."""
-    if not scalars:
+def _lost(step: Step, found: Stability) -> str:
+    """The verdict on a state that no mesh determines."""
+    return (
+        f"ellipticity is lost at t = {step.t_s:.6g} s, load amplitude {step.amplitude:.6g}: {found}: from there on "
+        "the material can fail in bands as thin as the mesh allows, and states depend on the mesh"
+    )
+
+
+def _take_back(run: Run, step: Step) -> None:
+    """Return to the state before an accepted step that is not to count; nothing goes on from there."""
+    run.u[:] = run.state.u_n.x.array
+    run.t = step.t_s - step.dt_s
+    run.totals.steps -= 1
+    run.totals.rejected_steps += 1
+
+
+def _last_good_state(run: Run | None, scalars: dict[str, Any], stability: Stability | None) -> str:
+    """What the last accepted state, or else the last equilibrium on the way to the first, says about a failure."""
+    if run is None or stability is None:
         return ""
-    low = scalars["cell"]["det_F_min"]
-    text = f"; in the last good state, which is saved, det F is {low:.3g} at least"
-    if "saint-venant" in scene.laws():
-        text += " (a Saint-Venant solid softens in compression, in one dimension to a limit at stretch 0.577)"
-    if "yeoh" in scene.laws() and scene.cell.beta_over_mu > YEOH_STABLE:
-        text += " (this Yeoh energy, alpha < 0, is unbounded below)"
-    return text
+    text = "; in the last equilibrium before"
+    if scalars:
+        text = f"; in the last state, which is saved (t = {run.t:.6g} s), det F is {scalars['cell']['det_F_min']:.3g}"
+        text += " at least and"
+    return f"{text} {'ellipticity is lost' if stability.lost else 'the material is stable everywhere'}: {stability}"
 
 
 def _refuse_sliding(contact: dict[str, Any]) -> None:

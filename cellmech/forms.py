@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import fcntl
 import logging
+import math
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -90,8 +91,9 @@ class PointValues:
         with _compiling(comm) as options:
             self._expression = fenicsx.compiled_expression(expression, np.asarray(points, dtype=float), options)
         self.n_points, self._mesh = len(points), expression.ufl_domain().ufl_cargo()
+        self.value_size = math.prod(expression.ufl_shape)
 
     def __call__(self, cells: np.ndarray) -> np.ndarray:
         """Values at the points of the cells, shape (n_cells, n_points, value_size)."""
         values = fenicsx.evaluate(self._expression, self._mesh, cells)
-        return values.reshape(len(cells), self.n_points, -1)
+        return values.reshape(len(cells), self.n_points, self.value_size)  # also of no cells

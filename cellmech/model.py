@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from cellmech.ellipticity import yeoh_bounds
 from cellmech.run import Run
 from cellmech.scene import LAYER_NAMES, Scene
 from cellmech.setup import MERGED, Setup, material, relaxation_s
-
-YEOH_STABLE = 0.5  # beta/mu up to which alpha >= 0
 
 
 @dataclass(frozen=True)
@@ -74,12 +73,16 @@ def describe_model(setup: Setup, run: Run | None = None) -> Model:
 
 
 def _warnings(scene: Scene) -> dict[str, str]:
-    if "yeoh" not in scene.laws() or scene.cell.beta_over_mu <= YEOH_STABLE:
+    below, beyond = yeoh_bounds(scene.cell.beta_over_mu)
+    if "yeoh" not in scene.laws() or beyond is None:
         return {}
-    return {
-        "yeoh": f"alpha < 0 at beta/mu = {scene.cell.beta_over_mu:g}: the energy is unbounded below; at beta/mu = 2.5 "
-        "and nu = 0.45 ellipticity is lost at J1 above about 5.1 and, in compression, below about 1.54"
-    }
+    text = f"beta/mu = {scene.cell.beta_over_mu:g}: "
+    if scene.cell.beta_over_mu > 0.5:
+        text += "alpha < 0 and the energy is unbounded below; "
+    text += f"ellipticity is lost in stretch, at constant area beyond J1 = {beyond:.3g}"
+    if below is not None:
+        text += f", and in compression of any kind below J1 = {below:.4g}"
+    return {"yeoh": f"{text}; how near this state comes is computed (stability)"}
 
 
 def _describe_rest(setup: Setup, modelled: dict[str, str], left: dict[str, str]) -> None:

@@ -63,11 +63,9 @@ bisection to {100 * DIGITS:g} % ({mesh}). This is not the paper's input, whose l
 What it must show
 - Ours / printed of the differences from rest: {parts}.
   So this law never comes near the printed strains.
-- It depends on the mesh: studies/README.md has the limit on two.
-- Beyond this load the cytosol under the lamina turns inside out: a Saint-Venant solid softens in compression, in one
-  dimension to a limit at stretch 1/√3 = 0.577. With the whole history (time.history = true) the fluid's viscosity
-  delays the collapse but does not stop it, so that a run may get further on the ramp; what it shows there is no
-  equilibrium."""
+- Beyond this load the material loses ellipticity in the cytosol under the lamina (stability in result.json): a
+  Saint-Venant solid softens in compression. studies/README.md has this load on several meshes. With the whole history
+  (time.history = true) the fluid's viscosity delays the loss but does not prevent it."""
     cases = {COLLAPSING: {"cell.law": COLLAPSING, LOAD: load}}
     return study_text("Saint-Venant at the largest load that has an equilibrium", head, cases)
 
