@@ -42,8 +42,9 @@ unexport PYTHONPATH PYTHONHOME PETSC_DIR PETSC_ARCH SLEPC_DIR
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help setup study test verify paper paper-runs taken-over figures-smoke compare report audit calibrate calibrated
+.PHONY: help setup study test paper paper-runs taken-over figures-smoke compare report audit calibrate calibrated
 .PHONY: fig1 fig2 fig3 fig4 fig5 fig6 fig7 table1 table2 table3 table-fig2 lint check bench clean
+.PHONY: verify second-code
 MAKEFLAGS += --no-print-directory
 # A case that failed fails its study, and the figures that show the others and say so. So where goals follow each other
 # here, --keep-going tries them all, and then make fails.
@@ -132,6 +133,11 @@ check: lint test ## lint, then the tests
 
 bench: setup ## speed against a plain FEniCSx script
 	$(PYTHON) benchmarks/speed.py $(ARGS)
+
+second-code: setup ## the settled cell by a second finite-element code (installs NGSolve into .venv), compared
+	@$(PYTHON) -c 'import ngsolve' 2>/dev/null || $(PYTHON) -m pip install --quiet --no-input \
+		--disable-pip-version-check --constraint .venv/debian-versions.txt --editable '.[benchmark]'
+	$(PYTHON) benchmarks/second_code.py $(ARGS)
 
 clean: ## remove caches; results and .venv stay
 	rm -rf build dist .pytest_cache .ruff_cache .mypy_cache .hypothesis

@@ -140,10 +140,11 @@ def march(
     steps: Sequence[float],
     on_step: Callable[[float], None] = lambda t: None,
     state: State | None = None,
+    tolerance: float = 1e-12,
 ) -> State:
     """Fixed steps [s] through the parts the time loop is made of; `on_step(t)` is called before the history moves."""
     state = state or State(body)
-    solver = Solver(body, state, force_scale, tolerance=1e-12)
+    solver = Solver(body, state, force_scale, tolerance)
     t = 0.0
     for k, h in enumerate(steps):
         t += h
