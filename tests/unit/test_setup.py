@@ -90,7 +90,7 @@ def test_smeared_weights_are_the_layers_and_sum_to_one():
 
 def test_pillar_that_the_cell_comes_to_pushes_as_if_modelled_from_the_start():
     """A lower pillar beside the one the cell stands on: left out at first, reached, put in; nothing may change."""
-    pillars = [{"half_width_um": 3.0}, {"x_um": 8.0, "half_width_um": 3.0, "height_um": 7.9}]
+    pillars = [{"half_width_um": 3.0}, {"x_um": 8.0, "half_width_um": 3.0, "height_um": 8.5}]
     scene = scene_of(pillar=pillars, load={"factor": 8.0}, time={"history": False})
     setup, log = setup_of(scene), []
     assert len(setup.out_of_reach) >= 2
