@@ -43,7 +43,7 @@ unexport PYTHONPATH PYTHONHOME PETSC_DIR PETSC_ARCH SLEPC_DIR
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .PHONY: help setup study test paper paper-runs taken-over figures-smoke compare report audit calibrate calibrated
-.PHONY: fig1 fig2 fig3 fig4 fig5 fig6 fig7 table1 table2 table3 table-fig2 lint check bench clean
+.PHONY: fig1 fig2 fig3 fig4 fig5 fig6 fig7 table1 table2 table3 table-fig2 lint check bench mutants needs clean
 MAKEFLAGS += --no-print-directory
 # A case that failed fails its study, and the figures that show the others and say so. So where goals follow each other
 # here, --keep-going tries them all, and then make fails.
@@ -129,6 +129,12 @@ check: lint test ## lint, then all tests
 
 bench: setup ## speed against a plain FEniCSx script
 	$(PYTHON) benchmarks/speed.py $(ARGS)
+
+mutants: setup ## make the program wrong on purpose, one mistake at a time: a named test must turn red
+	$(PYTHON) tools/mutants.py --jobs $(N) $(ARGS)
+
+needs: setup ## what each optional part costs and changes where it does nothing
+	$(PYTHON) benchmarks/needs.py --out $(RESULTS)/needs $(ARGS)
 
 clean: ## remove caches; results and .venv stay
 	rm -rf build dist .pytest_cache .ruff_cache .mypy_cache .hypothesis

@@ -3,7 +3,7 @@
 `tests/mutants.toml` lists small mistakes, each with the test that must see it. They are made one at a time in a copy of
 the tree; the test, which has passed on the sound copy, must then fail. A mutant that survives is a hole in the tests.
 
-    python tools/mutants.py [--only NAME ...] [--jobs 2] [--all-at-once PYTEST_ARGUMENT ...]
+    python tools/mutants.py [--only NAME ...] [--jobs 2]
 
 Exit status: 0 every mutant killed; 1 one survives, ends otherwise than by a failed test, or does not apply; 2 the list
 is wrong or a named test fails on the sound program.
@@ -16,15 +16,18 @@ import ast
 import os
 import queue
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
 import time
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, TypeVar
 
 ROOT = Path(__file__).resolve().parents[1]
 LIST = ROOT / "tests" / "mutants.toml"
@@ -52,10 +55,16 @@ class Mutant:
     new: str
     test: str
 
-    def apply(self, root: Path) -> None:
-        """Make the mistake in the tree at `root`."""
+    @contextmanager
+    def applied(self, root: Path) -> Iterator[None]:
+        """The tree at `root` has the mistake for a while."""
         path = root / self.file
-        path.write_text(path.read_text().replace(self.old, self.new))
+        sound = path.read_text()
+        path.write_text(sound.replace(self.old, self.new))
+        try:
+            yield
+        finally:
+            path.write_text(sound)
 
 
 @dataclass(frozen=True)
@@ -133,37 +142,36 @@ class Copy:
             raise SystemExit(f"the copy in {path} would test the package at {where}")
 
     def _run(self, command: Sequence[str], seconds: float | None) -> subprocess.CompletedProcess[str]:
-        return subprocess.run(
-            command, cwd=self.path, env=self.environment, timeout=seconds, capture_output=True, text=True
-        )
+        options: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+        with subprocess.Popen(command, cwd=self.path, env=self.environment, start_new_session=True, **options) as run:
+            try:
+                out, err = run.communicate(timeout=seconds)
+            except BaseException:
+                os.killpg(run.pid, signal.SIGKILL)  # what the test has started too
+                raise
+        return subprocess.CompletedProcess(command, run.returncode, out, err)
 
-    def pytest(self, tests: Sequence[str], seconds: float | None = None) -> subprocess.CompletedProcess[str]:
-        """Run tests of the copy, up to the first failure.
+    def pytest(self, test: str, seconds: float | None = None) -> subprocess.CompletedProcess[str]:
+        """Run a test of the copy, up to the first failure.
 
         Raises:
-            subprocess.TimeoutExpired: they take longer than that [s].
+            subprocess.TimeoutExpired: it takes longer than that [s].
         """
         options = ["-x", "-q", "--no-header", "--tb=short", "-p", "no:cacheprovider"]
-        return self._run([sys.executable, "-m", "pytest", *options, *tests], seconds)
-
-    def restore(self, file: str) -> None:
-        """Bring a file back to what it is in the tree."""
-        shutil.copy2(ROOT / file, self.path / file)
+        return self._run([sys.executable, "-m", "pytest", *options, test], seconds)
 
 
 def try_out(mutant: Mutant, copy: Copy, sound_s: float) -> Verdict:
     """Make the mistake, run the test, undo the mistake."""
     started = time.perf_counter()
-    mutant.apply(copy.path)
-    try:
-        done = copy.pytest([mutant.test], PATIENCE[0] * sound_s + PATIENCE[1])
-        words = {0: "SURVIVES", TESTS_FAILED: "killed"}
-        word = words.get(done.returncode, f"NO TEST RUN (pytest status {done.returncode})")
-        said = next((line[1:].strip() for line in done.stdout.splitlines() if line.startswith("E ")), "")
-    except subprocess.TimeoutExpired:
-        word, said = "NO END", ""
-    finally:
-        copy.restore(mutant.file)
+    with mutant.applied(copy.path):
+        try:
+            done = copy.pytest(mutant.test, PATIENCE[0] * sound_s + PATIENCE[1])
+        except subprocess.TimeoutExpired:
+            return Verdict(mutant, "NO END", time.perf_counter() - started)
+    words = {0: "SURVIVES", TESTS_FAILED: "killed"}
+    word = words.get(done.returncode, f"NO TEST RUN (pytest status {done.returncode})")
+    said = next((line[1:].strip() for line in done.stdout.splitlines() if line.startswith("E ")), "")
     return Verdict(mutant, word, time.perf_counter() - started, said)
 
 
@@ -179,31 +187,17 @@ def own_cache(path: Path) -> Path:
     return path
 
 
-def sound_times(copies: Sequence[Copy], tests: Sequence[str]) -> dict[str, float]:
-    """Wall time of each test on the sound program [s].
-
-    Raises:
-        SystemExit: one fails there.
-    """
-
-    def one(test: str, copy: Copy) -> tuple[str, float]:
-        started = time.perf_counter()
-        done = copy.pytest([test])
-        if done.returncode:
-            print(done.stdout, done.stderr, f"{test} does not pass on the sound program", sep="\n", file=sys.stderr)
-            raise SystemExit(2)
-        return test, time.perf_counter() - started
-
-    return dict(_shared(one, tests, copies))
+T = TypeVar("T")
+R = TypeVar("R")
 
 
-def _shared(work, items, copies):  # type: ignore[no-untyped-def]
-    """work(item, copy) for all items, as many at a time as there are copies; results as they come, in order."""
+def shared(work: Callable[[T, Copy], R], items: Sequence[T], copies: Sequence[Copy]) -> Iterator[R]:
+    """work(item, copy) for all items, in their order; as many at a time as there are copies."""
     free: queue.Queue[Copy] = queue.Queue()
     for copy in copies:
         free.put(copy)
 
-    def one(item):  # type: ignore[no-untyped-def]
+    def one(item: T) -> R:
         copy = free.get()
         try:
             return work(item, copy)
@@ -214,17 +208,36 @@ def _shared(work, items, copies):  # type: ignore[no-untyped-def]
         yield from pool.map(one, items)
 
 
+def time_of(test: str, copy: Copy) -> float:
+    """Wall time of a test on the sound program [s].
+
+    Raises:
+        SystemExit: it fails there.
+    """
+    started = time.perf_counter()
+    done = copy.pytest(test)
+    if done.returncode:
+        print(done.stdout, done.stderr, f"{test} does not pass on the sound program", sep="\n", file=sys.stderr)
+        raise SystemExit(2)
+    return time.perf_counter() - started
+
+
+def report(verdicts: Iterable[Verdict], count: int) -> int:
+    """Print each verdict as it comes, then the sum; the exit status."""
+    good = 0
+    for v in verdicts:
+        good += v.good
+        print(f"{v.word:9} {v.seconds:6.1f} s  {v.mutant.name}: {v.mutant.breaks}", flush=True)
+        print(f"{'':19}{v.mutant.test}" + (f"\n{'':19}{v.said[:140]}" if v.said else ""), flush=True)
+    print(f"{good} of {count} mutants killed")
+    return 0 if good == count else 1
+
+
 def main() -> int:
     """Try the mutants, print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--only", nargs="+", metavar="NAME", help="these mutants only")
     parser.add_argument("--jobs", type=int, default=2, metavar="N", help="how many at a time")
-    parser.add_argument(
-        "--all-at-once",
-        nargs="+",
-        metavar="ARG",
-        help="make all the mistakes together and run pytest with these arguments",
-    )
     arguments = parser.parse_args()
     mutants = read()
     wrong = faults(mutants)
@@ -233,31 +246,14 @@ def main() -> int:
         print(*wrong, sep="\n", file=sys.stderr)
         return 2
     mutants = [m for m in mutants if not arguments.only or m.name in arguments.only]
+    tests = sorted({m.test for m in mutants})
     with tempfile.TemporaryDirectory(prefix="cellmech-mutants-") as folder:
         cache = own_cache(Path(folder) / "cache")
-        if arguments.all_at_once:
-            copy = Copy(Path(folder) / "copy", cache)
-            for mutant in mutants:
-                mutant.apply(copy.path)
-            done = copy.pytest(arguments.all_at_once)
-            print(done.stdout)
-            return done.returncode
         copies = [Copy(Path(folder) / f"copy-{k}", cache) for k in range(arguments.jobs)]
-        tests = sorted({m.test for m in mutants})
         print(f"{len(tests)} tests on the sound program", flush=True)
-        times = sound_times(copies, tests)
-        return report(_shared(lambda m, copy: try_out(m, copy, times[m.test]), mutants, copies), len(mutants))
-
-
-def report(verdicts, count: int) -> int:  # type: ignore[no-untyped-def]
-    """Print a line for each verdict as it comes, then the sum; the exit status."""
-    good = 0
-    for v in verdicts:
-        good += v.good
-        print(f"{v.word:9} {v.seconds:6.1f} s  {v.mutant.name}: {v.mutant.breaks}", flush=True)
-        print(f"{'':19}{v.mutant.test}" + (f"\n{'':19}{v.said[:140]}" if v.said else ""), flush=True)
-    print(f"{good} of {count} mutants killed")
-    return 0 if good == count else 1
+        times = dict(zip(tests, shared(time_of, tests, copies), strict=True))
+        print(f"pass in {sum(times.values()):.0f} s; now {len(mutants)} mutants", flush=True)
+        return report(shared(lambda m, copy: try_out(m, copy, times[m.test]), mutants, copies), len(mutants))
 
 
 if __name__ == "__main__":
