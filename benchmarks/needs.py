@@ -1,13 +1,13 @@
 """What each optional part of the model costs and changes where it does nothing.
 
-For each part one scene in which it does nothing, solved twice: with the part in the equations and without it. Scenes in
-which the program leaves a part out by itself are made to keep it (`FORCED`). Compared are all scalars of result.json at
-the end, of J1, J2, J3 the difference from rest; where a run without history has no such number (energies of the way
-there, maxima over time) it is not compared, and neither are the places and times of maxima.
+For each part one scene in which it does nothing, solved twice: with the part in the equations and without it. A part
+that the program leaves out by itself is forced into the equations for the first of the two. Compared are all scalars
+that have an error (`cellmech.accuracy`), of J1, J2, J3 the difference from rest; where only end values are asked for,
+energies of the way there and maxima over time are not.
 
-A scalar's error is its difference from the same scene on half the element size with a tenth of the time tolerance, but
-at least 1e-9 of its size (the Newton tolerance) and, where it is smaller than 1e-4, an absolute 1e-6. Times are medians
-of fresh processes, which take turns; processor time beside wall time, because other work may share the machine.
+A scalar's error is that of the run without the part, from two finer meshes and a tighter tolerance of the steps. At
+least 1e-9 of its size, the Newton tolerance, is taken, and 1e-6 where it is smaller than 1e-4. Times are medians of
+fresh processes that take turns; processor time stands beside wall time, because other work may share the machine.
 
     python benchmarks/needs.py [--size 1.0] [--repeat 3] [--only PART ...] [--out results/needs]
 """
@@ -23,19 +23,22 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterable
+import tomllib
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-REST = {"J1": 2.0, "J2": 2.0, "J3": 1.0}
+from cellmech.accuracy import Assessed, assess, bears_on, numbers, refinements
+
+from cellmech.records import plain
+from cellmech.scene import Scene
+from cellmech.scene_file import read_scene, scene_to_toml
+from cellmech.study_file import Case
+
 NEWTON, SMALL, ABSOLUTE = 1e-9, 1e-4, 1e-6
-NO_NUMBERS_OF_THE_STATE = (
-    "_at_um.", "_time_s", "balance_error", "kinetic", "settled", "t_s", "steps", "rejected_steps", "newton_iterations",
-    "factorisations", "wall_s", "ranks", "mesh_cells", "mesh_quality", "dofs", "memory_MB", "lateral_force",
-)  # fmt: skip
+ERRORS_OF = ("mesh", "time")
 OF_THE_WAY_THERE = ("energy.", "_over_time")
-FINER = {"time.rtol": 1e-4}
 COARSE = {"mesh.size_um": 4.0, "time.rtol": 0.1}  # compiles the same forms in little time
 
 LAYERS = ("membrane", "cytosol", "lamina", "nucleoplasm")
@@ -66,49 +69,50 @@ class Part:
     by: str
     with_it: Variant
     without: Variant
+    end_only: bool = False
 
 
-def _variant(forced: str = "", **tables: Any) -> Variant:
-    return Variant(json.dumps(tables.get("scene", {})), forced)
+def _variant(scene: dict[str, Any], forced: str = "") -> Variant:
+    return Variant(json.dumps(scene), forced)
 
 
 def _kept(name: str, where: str, scene: dict[str, Any], forced: str) -> Part:
     """A part that the program leaves out by itself."""
-    return Part(name, where, "program", _variant(forced, scene=scene), _variant(scene=scene))
+    return Part(name, where, "program", _variant(scene, forced), _variant(scene))
 
 
-def _asked(name: str, where: str, by: str, with_it: dict[str, Any], without: dict[str, Any]) -> Part:
+def _asked(
+    name: str, where: str, by: str, with_it: dict[str, Any], without: dict[str, Any], end_only: bool = False
+) -> Part:
     """A part that the scene says yes or no to."""
-    return Part(name, where, by, _variant(scene=with_it), _variant(scene=without))
+    return Part(name, where, by, _variant(with_it), _variant(without), end_only)
 
 
 PARTS = (
     _kept("fluid phase", "c_f = 0 in every layer", DRY, "fluid"),
     _kept("fluid phase", "viscosities 0", INVISCID, "fluid"),
-    _asked("fluid phase", "end values of Table 1", "scene", {}, INVISCID),
+    _asked("fluid phase", "end values of Table 1", "scene", {}, INVISCID, end_only=True),
     _kept("membrane", "the cytosol's material", {"layer.membrane.young_Pa": 10.0}, "interfaces"),
     _kept("lamina", "the nucleoplasm's material", {"layer.lamina.young_Pa": 10.0}, "interfaces"),
     _kept("flat", "9.5 um below the cell", {}, "obstacles"),
     _kept("second pillar", "at x = 25 um, out of reach", FAR_PILLAR, "obstacles"),
     _asked("inertia", "Table 1", "scene; hint", {"cell.inertia": True}, {}),
     _asked("left half", "mirror-symmetric scene", "scene; hint", {"cell.shape": "full"}, {}),
-    _asked("history", "end values of Table 1", "scene; hint", {}, {"time.history": False}),
+    _asked("history", "end values of Table 1", "scene; hint", {}, {"time.history": False}, end_only=True),
 )
 
 
 # In a process of its own
 
 
-def solve(variant: Variant, settings: dict[str, Any]) -> dict[str, Any]:
-    """Solve one variant; its scalars, times and size."""
+def solve(scene: Scene, forced: str) -> dict[str, Any]:
+    """Solve a scene; its result.json and the processor time it took [s]."""
     from mpi4py import MPI
 
     from cellmech import case as case_module
-    from cellmech.case import mesh_plan, solve_case
-    from cellmech.records import CaseFolder, flatten
-    from cellmech.scene_file import read_scene
+    from cellmech.materials import Material
+    from cellmech.records import CaseFolder
     from cellmech.setup import MeshPlan, Setup
-    from cellmech.study_file import Case
 
     class Everything(Setup):
         """A setup whose obstacles are all modelled from the start."""
@@ -117,24 +121,26 @@ def solve(variant: Variant, settings: dict[str, Any]) -> dict[str, Any]:
             body, others = super()._body()
             return dataclasses.replace(body, obstacles=(*body.obstacles, *others)), []
 
-    case = Case("case", read_scene(_nested(json.loads(variant.scene) | settings), "needs"))
-    plan = MeshPlan() if variant.forced == "interfaces" else mesh_plan([case])
-    if variant.forced == "obstacles":
+    case = Case("case", scene)
+    plan = MeshPlan() if forced == "interfaces" else case_module.mesh_plan([case])
+    if forced == "obstacles":
         case_module.Setup = Everything  # type: ignore[misc]
-    if variant.forced == "fluid":
-        from cellmech.materials import Material
-
+    if forced == "fluid":
         Material.rate_dependent = property(lambda self: True)  # type: ignore[method-assign,assignment]
     with tempfile.TemporaryDirectory() as path:
         folder = CaseFolder(Path(path) / "case", lead=True)
         started = time.process_time()
-        result = solve_case(case, folder, MPI.COMM_SELF, plan, lambda progress: None)
+        result = case_module.solve_case(case, folder, MPI.COMM_SELF, plan, lambda progress: None)
         processor = time.process_time() - started
         folder.close()
     if result["status"] != "solved":
         raise SystemExit(result["reason"])
-    values = {k: v for k, v in flatten(result).items() if not any(part in k for part in NO_NUMBERS_OF_THE_STATE)}
-    return {"values": values, "cpu_s": processor} | {key: result[key] for key in ("wall_s", "dofs", "steps")}
+    return {"result": plain(result), "cpu_s": processor}
+
+
+def scene_of(variant: Variant, settings: dict[str, Any]) -> Scene:
+    """Table 1 with what differs from it."""
+    return read_scene(_nested(json.loads(variant.scene) | settings), "needs")
 
 
 def _nested(flat: dict[str, Any]) -> dict[str, Any]:
@@ -151,41 +157,41 @@ def _nested(flat: dict[str, Any]) -> dict[str, Any]:
 # In the first process
 
 
-def run(variant: Variant, settings: dict[str, Any]) -> dict[str, Any]:
-    """What `solve` says, from a fresh process."""
-    order = json.dumps([variant.scene, variant.forced, settings])
+def run(variant: Variant, settings: dict[str, Any], scene: str = "") -> dict[str, Any]:
+    """What `solve` says, from a fresh process; of a complete scene (TOML) instead if one is given."""
+    order = json.dumps([scene or scene_to_toml(scene_of(variant, settings)), variant.forced])
     done = subprocess.run([sys.executable, __file__, "--solve", order], capture_output=True, text=True)
     if done.returncode:
         raise SystemExit(f"{variant}: {done.stdout}{done.stderr}")
     return json.loads(done.stdout.splitlines()[-1])
 
 
-def at_rest(key: str) -> float:
-    """Value at rest of a scalar [its unit]."""
-    return REST.get(key.rsplit(".", 1)[-1].split("_")[0], 0.0) if not key.startswith("share") else 0.0
+def errors_of(variant: Variant, size_um: float) -> dict[str, Assessed]:
+    """The error of every scalar of a variant: the finer runs, then what they change."""
+    scene = scene_of(variant, {"mesh.size_um": size_um})
+    finer = {
+        refined.name: run(variant, {}, scene_to_toml(refined.scene))["result"]
+        for refined in refinements(scene, ERRORS_OF)
+    }
+    return assess(
+        run(variant, {"mesh.size_um": size_um})["result"], finer, tuple(set(ERRORS_OF) & set(bears_on(scene)))
+    )
 
 
-def compare(part: Part, runs: dict[Variant, dict[str, Any]], finer: dict[str, Any]) -> Iterable[dict[str, Any]]:
+def compare(part: Part, with_it: dict[str, Any], errors: dict[str, Assessed]) -> Iterator[dict[str, Any]]:
     """A row for each scalar that both runs have: both values, the relative change, the change over the error."""
-    with_it, without = (runs[variant]["values"] for variant in (part.with_it, part.without))
-    no_history = '"time.history": false' in part.without.scene
-    stressless = part.without.scene == json.dumps(INVISCID) and not part.with_it.forced
-    for key, value in without.items():
-        other, best = with_it.get(key), finer["values"].get(key)
-        if value is None or other is None or best is None:
+    values = numbers(with_it)
+    for key, row in errors.items():
+        if key not in values or (part.end_only and any(word in key for word in OF_THE_WAY_THERE)):
             continue
-        if (no_history or stressless) and any(word in key for word in OF_THE_WAY_THERE):
-            continue
-        size = abs(value - at_rest(key))
-        least = ABSOLUTE if size < SMALL else NEWTON * size
-        error = max(abs(value - best), least)
-        change = abs(other - value)
+        size, change = abs(row.value - row.rest), abs(values[key] - row.value)
+        error = max(row.error or 0.0, ABSOLUTE if size < SMALL else NEWTON * size)
         yield {
             "part": part.name,
             "where": part.where,
             "scalar": key,
-            "with": other,
-            "without": value,
+            "with": values[key],
+            "without": row.value,
             "relative_change": change / size if size >= SMALL else None,
             "absolute_change": change,
             "error": error,
@@ -207,11 +213,12 @@ def row_of(part: Part, rows: list[dict[str, Any]], times: dict[Variant, list[dic
         "change/error": worst["change_over_error"],
         "there": worst["scalar"],
     }
-    for kind, unit in (("wall", "wall_s"), ("cpu", "cpu_s")):
-        pair = [statistics.median(r[unit] for r in times[v]) for v in (part.with_it, part.without)]
+    for kind, read in (("wall", lambda r: r["result"]["wall_s"]), ("cpu", lambda r: r["cpu_s"])):
+        pair = [statistics.median(read(r) for r in times[v]) for v in (part.with_it, part.without)]
         row |= {f"{kind} with [s]": pair[0], f"{kind} without [s]": pair[1], f"{kind} ratio": pair[0] / pair[1]}
     for size in ("dofs", "steps"):
-        row[f"{size} with"], row[f"{size} without"] = (times[v][-1][size] for v in (part.with_it, part.without))
+        pair = [times[v][-1]["result"][size] for v in (part.with_it, part.without)]
+        row |= {f"{size} with": pair[0], f"{size} without": pair[1]}
     return row
 
 
@@ -241,8 +248,8 @@ def main() -> None:
     parser.add_argument("--solve", help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if arguments.solve:
-        scene, forced, settings = json.loads(arguments.solve)
-        print(json.dumps(solve(Variant(scene, forced), settings)))
+        scene, forced = json.loads(arguments.solve)
+        print(json.dumps(solve(read_scene(tomllib.loads(scene), "needs"), forced)))
         return
     parts = [part for part in PARTS if not arguments.only or part.name in arguments.only]
     variants = list(dict.fromkeys(v for part in parts for v in (part.with_it, part.without)))
@@ -254,10 +261,10 @@ def main() -> None:
         for variant in variants:
             times[variant].append(run(variant, {"mesh.size_um": arguments.size}))
         print(f"turn {turn + 1} of {arguments.repeat} done", file=sys.stderr, flush=True)
-    finer = {v: run(v, FINER | {"mesh.size_um": arguments.size / 2}) for v in dict.fromkeys(p.without for p in parts)}
+    errors = {v: errors_of(v, arguments.size) for v in dict.fromkeys(part.without for part in parts)}
     table, changes = [], []
     for part in parts:
-        rows = list(compare(part, {v: runs[-1] for v, runs in times.items()}, finer[part.without]))
+        rows = list(compare(part, times[part.with_it][-1]["result"], errors[part.without]))
         table.append(row_of(part, rows, times))
         changes += rows
     head = f"Table 1, neo-Hookean, mesh.size_um = {arguments.size:g}, medians of {arguments.repeat}."
