@@ -166,16 +166,12 @@ def run(variant: Variant, settings: dict[str, Any], scene: str = "") -> dict[str
     return json.loads(done.stdout.splitlines()[-1])
 
 
-def errors_of(variant: Variant, size_um: float) -> dict[str, Assessed]:
-    """The error of every scalar of a variant: the finer runs, then what they change."""
+def errors_of(variant: Variant, base: dict[str, Any], size_um: float) -> dict[str, Assessed]:
+    """The error of every scalar of a variant's result, from finer runs."""
     scene = scene_of(variant, {"mesh.size_um": size_um})
-    finer = {
-        refined.name: run(variant, {}, scene_to_toml(refined.scene))["result"]
-        for refined in refinements(scene, ERRORS_OF)
-    }
-    return assess(
-        run(variant, {"mesh.size_um": size_um})["result"], finer, tuple(set(ERRORS_OF) & set(bears_on(scene)))
-    )
+    parts = [part for part in ERRORS_OF if part in bears_on(scene)]
+    finer = {f.name: run(variant, {}, scene_to_toml(f.scene))["result"] for f in refinements(scene, parts)}
+    return assess(base, finer, parts)
 
 
 def compare(part: Part, with_it: dict[str, Any], errors: dict[str, Assessed]) -> Iterator[dict[str, Any]]:
@@ -261,10 +257,11 @@ def main() -> None:
         for variant in variants:
             times[variant].append(run(variant, {"mesh.size_um": arguments.size}))
         print(f"turn {turn + 1} of {arguments.repeat} done", file=sys.stderr, flush=True)
-    errors = {v: errors_of(v, arguments.size) for v in dict.fromkeys(part.without for part in parts)}
+    base = {variant: runs[-1]["result"] for variant, runs in times.items()}
+    errors = {v: errors_of(v, base[v], arguments.size) for v in dict.fromkeys(part.without for part in parts)}
     table, changes = [], []
     for part in parts:
-        rows = list(compare(part, times[part.with_it][-1]["result"], errors[part.without]))
+        rows = list(compare(part, base[part.with_it], errors[part.without]))
         table.append(row_of(part, rows, times))
         changes += rows
     head = f"Table 1, neo-Hookean, mesh.size_um = {arguments.size:g}, medians of {arguments.repeat}."
