@@ -1,12 +1,14 @@
 """From a scene to a body: units, signs, mirror images, what is meshed apart, what waits out of reach."""
 
 import dataclasses
+from contextlib import nullcontext
 
 import numpy as np
 import pytest
 import ufl
 from mpi4py import MPI
 
+from cellmech.errors import SolveError
 from cellmech.forms import PointValues
 from cellmech.run import Run
 from cellmech.scene_file import read_scene
@@ -103,6 +105,32 @@ def test_pillar_that_the_cell_comes_to_pushes_as_if_modelled_from_the_start():
     beside = [o for label, o in setup.obstacles.items() if label == "pillar 1"]
     assert ready.outline.max_depth(ready.state.u, beside) > 0.01
     np.testing.assert_allclose(waiting.u, ready.u, rtol=0, atol=1e-7)
+
+
+def test_quasi_static_cell_above_the_substrate_is_moved_to_first_touch():
+    touching, above = setup_of(scene_of()), setup_of(scene_of(cell={"gap_um": 2.0}))
+    falling = setup_of(scene_of(cell={"gap_um": 2.0, "inertia": True}))
+    assert touching.lift_um == falling.lift_um == 0.0 and above.lift_um == 2.0
+    np.testing.assert_allclose(above.centre, touching.centre, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(falling.centre, np.add(touching.centre, (0.0, 2.0)), rtol=0, atol=1e-12)
+    assert touching.centre[1] == pytest.approx(9.5, abs=1e-12)
+    assert above.layout().lift_um == 2.0
+
+
+@pytest.mark.parametrize(
+    ("cell", "why"),
+    [
+        ({"shape": "full", "centre_x_um": 12.0}, "slides"),
+        ({"shape": "full", "centre_x_um": 12.0, "inertia": True}, ""),
+        ({"shape": "full", "centre_x_um": 12.0, "medium_density_kg_m3": 1000.0}, ""),
+        ({"shape": "full"}, ""),
+        ({}, ""),
+    ],
+)
+def test_scene_without_equilibrium_is_refused_with_the_reason(cell, why):
+    setup = setup_of(scene_of(cell=cell))
+    with pytest.raises(SolveError, match=f"^{why}: .*no equilibrium") if why else nullcontext():
+        setup.refuse_without_equilibrium()
 
 
 def test_plan_without_merged_layers_keeps_every_interface():

@@ -9,18 +9,20 @@ from dolfinx import fem
 from mpi4py import MPI
 from problems import affine, displacement_space, layered_disc, moduli, solid, wet
 from scipy.special import ellipe
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
 from cellmech.case import mesh_plan, solve_case
 from cellmech.contact import Contact, Flat, Pillar
 from cellmech.forms import compile_form
 from cellmech.materials import mixtures
-from cellmech.observables import Layout, Observer, Ring
+from cellmech.observables import Layout, Observer, Ring, node_fields
 from cellmech.records import CaseFolder, flatten
 from cellmech.residual import Body
 from cellmech.run import Run, Schedule
-from cellmech.samples import merge
 from cellmech.scene_file import read_scene
 from cellmech.study_file import Case
+from cellmech.vtu import write_fields
 
 CENTRE = (0.0, 9.5)
 RADII = {"nucleoplasm": 4.9, "lamina": 5.0, "cytosol": 9.5, "membrane": 10.0}
@@ -73,8 +75,8 @@ def in_space(a, a_zz):
     return whole
 
 
-def mises_by_hand(name, F, F_before):
-    """Von Mises norm of the mixture's Cauchy stress in three dimensions (eqs 17, 18, 23)."""
+def stress_by_hand(name, F, F_before):
+    """The mixture's Cauchy stress in three dimensions (eqs 17, 18, 23) [Pa]."""
     young, share = SOLIDS[name]
     constants = moduli(LAW[name], young, 0.3)
     lmbda, mu = constants["lmbda"], constants["mu"]
@@ -87,8 +89,13 @@ def mises_by_hand(name, F, F_before):
         S = mu * (one - C_inv) + lmbda * np.log(J) * C_inv
     volumetric = FLUID["fluid_lambda"] / 2 * np.trace(C_inv @ C_dot) * C_inv
     S_f = J * (volumetric + FLUID["fluid_mu"] * C_inv @ C_dot @ C_inv)
-    sigma = F @ ((1 - share) * S + share * S_f) @ F.T / J
-    deviator = sigma - np.trace(sigma) / 3 * one
+    return F @ ((1 - share) * S + share * S_f) @ F.T / J
+
+
+def mises_by_hand(name, F, F_before):
+    """Its von Mises norm [Pa]."""
+    sigma = stress_by_hand(name, F, F_before)
+    deviator = sigma - np.trace(sigma) / 3 * np.eye(3)
     return np.sqrt(1.5 * np.sum(deviator**2))
 
 
@@ -107,6 +114,16 @@ def test_stress_of_a_homogeneous_state_is_the_one_by_hand_in_every_layer(observe
     share = (5.0**2 - 4.9**2) / 5.0**2
     mean = share * expected["lamina"] + (1 - share) * expected["nucleoplasm"]
     assert result["nucleus"]["sigma_mises_mean_Pa"] == pytest.approx(mean, rel=1e-3)
+
+
+def test_pressure_is_minus_a_third_of_the_trace_of_the_stress(observers):
+    observer = observers["half"]
+    deform(observer, SHEARED, BEFORE)
+    pressure = node_fields(observer, observer.run.state.u)["pressure_Pa"]
+    tags, body = observer.samples.groups, observer.run.body
+    for name in RADII:
+        expected = -np.trace(stress_by_hand(name, SHEARED, BEFORE)) / 3
+        np.testing.assert_allclose(pressure[tags == body.domain.cells[name]], expected, rtol=1e-9)
 
 
 def test_strains_of_a_homogeneous_state_are_those_of_c(observers):
@@ -229,14 +246,41 @@ def test_contact_of_a_sunken_disc_is_that_of_its_chord(shape):
     assert contact["force_Pa_x_um"] == pytest.approx(50.0 * (segment - 0.05 * chord), rel=0.03)
 
 
-def test_ranks_are_merged_by_the_larger_maximum_with_its_place():
-    a, b = np.arange(18.0)[None], np.arange(18.0)[None] + 100
-    b[0, 1] = -1.0  # the second maximum is the first rank's
-    total = merge([a.copy(), b.copy()])[0]
-    np.testing.assert_array_equal(total[:4], [100, 1, 102, 103])
-    np.testing.assert_array_equal(total[4:12], [104, 105, 6, 7, 108, 109, 110, 111])
-    assert total[12] == 12
-    np.testing.assert_array_equal(total[13:], a[0, 13:] + b[0, 13:])
+def test_energies_are_of_the_whole_cell_and_balance(observers, monkeypatch):
+    ledger = observers["half"].run.ledger
+    for name, work in (("load_work", 9.0), ("dissipated", 1.0), ("contact_work", 0.25)):
+        monkeypatch.setattr(ledger, name, work)
+    energy = deform(observers["half"], SHEARED)["energy"]
+    assert [energy[name] for name in ("gravity_work", "dissipated", "contact_work")] == [18.0, 2.0, 0.5]
+    assert energy["stored"] == pytest.approx(2 * ledger.stored(), rel=1e-12)
+    assert energy["balance_error"] == pytest.approx(18.0 - 2.0 - 0.5 - energy["stored"], rel=1e-12)
+
+
+def test_field_file_has_every_element_as_it_is(observers, tmp_path):
+    """Read back by VTK: middle nodes lie between their ends, displacement and stress at each point are those there."""
+    observer = observers["half"]
+    deform(observer, SHEARED, BEFORE)
+    folder = CaseFolder(tmp_path / "case", lead=True)
+    write_fields(folder, observer, 7.0, [])
+    folder.close()
+    reader = vtkXMLUnstructuredGridReader()
+    reader.SetFileName(str(tmp_path / "case" / "fields_0000.vtu"))
+    reader.Update()
+    grid = reader.GetOutput()
+    X = vtk_to_numpy(grid.GetPoints().GetData())[:, :2].reshape(-1, 6, 2)
+    data = {name: vtk_to_numpy(grid.GetPointData().GetArray(name)) for name in ("displacement_um", "sigma_mises_Pa")}
+    layer, r = vtk_to_numpy(grid.GetCellData().GetArray("layer")), np.linalg.norm(X.mean(axis=1) - CENTRE, axis=-1)
+    assert len(X) == observer.run.body.domain.mesh.topology.index_map(2).size_local
+    for middle, (a, b) in zip((3, 4, 5), ((0, 1), (1, 2), (2, 0)), strict=True):  # of VTK's quadratic triangle
+        edge = np.linalg.norm(X[:, a] - X[:, b], axis=-1)
+        assert np.all(np.linalg.norm(X[:, middle] - (X[:, a] + X[:, b]) / 2, axis=-1) < 0.1 * edge)
+    u = (X - CENTRE) @ (SHEARED - np.eye(2)).T
+    np.testing.assert_allclose(data["displacement_um"].reshape(-1, 6, 3)[..., :2], u, rtol=0, atol=1e-9)
+    for code, (name, outer) in enumerate(RADII.items()):
+        inner = (0.0, *RADII.values())[code]
+        assert np.all((r[layer == code] > inner - 0.05) & (r[layer == code] < outer))
+        mises = data["sigma_mises_Pa"].reshape(-1, 6)[layer == code]
+        np.testing.assert_allclose(mises, mises_by_hand(name, SHEARED, BEFORE), rtol=1e-9)
 
 
 def end_state(folder, shape):
