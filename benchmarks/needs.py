@@ -24,7 +24,8 @@ import sys
 import tempfile
 import time
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -166,12 +167,22 @@ def run(variant: Variant, settings: dict[str, Any], scene: str = "") -> dict[str
     return json.loads(done.stdout.splitlines()[-1])
 
 
-def errors_of(variant: Variant, base: dict[str, Any], size_um: float) -> dict[str, Assessed]:
-    """The error of every scalar of a variant's result, from finer runs."""
-    scene = scene_of(variant, {"mesh.size_um": size_um})
-    parts = [part for part in ERRORS_OF if part in bears_on(scene)]
-    finer = {f.name: run(variant, {}, scene_to_toml(f.scene))["result"] for f in refinements(scene, parts)}
-    return assess(base, finer, parts)
+def errors_of(variants: Sequence[Variant], size_um: float) -> dict[Variant, dict[str, Assessed]]:
+    """The error of every scalar of each variant, from finer runs, two at a time."""
+    orders: list[tuple[Variant, str, dict[str, Any], str]] = []
+    parts = {}
+    for v in variants:
+        scene = scene_of(v, {"mesh.size_um": size_um})
+        parts[v] = [part for part in ERRORS_OF if part in bears_on(scene)]
+        orders.append((v, "", {"mesh.size_um": size_um}, ""))
+        orders += [(v, finer.name, {}, scene_to_toml(finer.scene)) for finer in refinements(scene, parts[v])]
+    with ThreadPoolExecutor(2) as pool:
+        results = list(pool.map(lambda order: run(order[0], *order[2:])["result"], orders))
+    named = {(v, name): result for (v, name, _, _), result in zip(orders, results, strict=True)}
+    return {
+        v: assess(named[v, ""], {name: r for (w, name), r in named.items() if w == v and name}, parts[v])
+        for v in variants
+    }
 
 
 def compare(part: Part, with_it: dict[str, Any], errors: dict[str, Assessed]) -> Iterator[dict[str, Any]]:
@@ -252,20 +263,17 @@ def main() -> None:
     arguments.out.mkdir(parents=True, exist_ok=True)
     for variant in variants:
         run(variant, COARSE)
+    errors = errors_of(list(dict.fromkeys(part.without for part in parts)), arguments.size)
     times: dict[Variant, list[dict[str, Any]]] = {variant: [] for variant in variants}
-    for turn in range(arguments.repeat):
+    for turn in range(1, arguments.repeat + 1):
         for variant in variants:
             times[variant].append(run(variant, {"mesh.size_um": arguments.size}))
-        print(f"turn {turn + 1} of {arguments.repeat} done", file=sys.stderr, flush=True)
-    base = {variant: runs[-1]["result"] for variant, runs in times.items()}
-    errors = {v: errors_of(v, base[v], arguments.size) for v in dict.fromkeys(part.without for part in parts)}
-    table, changes = [], []
-    for part in parts:
-        rows = list(compare(part, base[part.with_it], errors[part.without]))
-        table.append(row_of(part, rows, times))
-        changes += rows
-    head = f"Table 1, neo-Hookean, mesh.size_um = {arguments.size:g}, medians of {arguments.repeat}."
-    print(write(arguments.out, table, changes, head))
+        changes = {p: list(compare(p, times[p.with_it][-1]["result"], errors[p.without])) for p in parts}
+        table = [row_of(part, changes[part], times) for part in parts]
+        head = f"Table 1, neo-Hookean, mesh.size_um = {arguments.size:g}, medians of {turn}."
+        text = write(arguments.out, table, [row for rows in changes.values() for row in rows], head)
+        print(f"turn {turn} of {arguments.repeat} done", file=sys.stderr, flush=True)
+    print(text)
 
 
 if __name__ == "__main__":
