@@ -119,8 +119,10 @@ class Copy:
         cache: stands in for the user's cache of compiled forms, which mutants would litter.
     """
 
+    running: subprocess.Popen[str] | None
+
     def __init__(self, path: Path, cache: Path) -> None:
-        self.path = path
+        self.path, self.running = path, None
         listed = subprocess.run(
             ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
             cwd=ROOT, check=True, capture_output=True, text=True,
@@ -143,13 +145,20 @@ class Copy:
 
     def _run(self, command: Sequence[str], seconds: float | None) -> subprocess.CompletedProcess[str]:
         options: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-        with subprocess.Popen(command, cwd=self.path, env=self.environment, start_new_session=True, **options) as run:
+        with subprocess.Popen(
+            command, cwd=self.path, env=self.environment, start_new_session=True, **options
+        ) as self.running:
             try:
-                out, err = run.communicate(timeout=seconds)
+                out, err = self.running.communicate(timeout=seconds)
             except BaseException:
-                os.killpg(run.pid, signal.SIGKILL)  # what the test has started too
+                self.stop()
                 raise
-        return subprocess.CompletedProcess(command, run.returncode, out, err)
+        return subprocess.CompletedProcess(command, self.running.returncode, out, err)
+
+    def stop(self) -> None:
+        """End what runs here, with all that it has started."""
+        if self.running is not None and self.running.poll() is None:
+            os.killpg(self.running.pid, signal.SIGKILL)
 
     def pytest(self, test: str, seconds: float | None = None) -> subprocess.CompletedProcess[str]:
         """Run a test of the copy, up to the first failure.
@@ -205,7 +214,13 @@ def shared(work: Callable[[T, Copy], R], items: Sequence[T], copies: Sequence[Co
             free.put(copy)
 
     with ThreadPoolExecutor(len(copies)) as pool:
-        yield from pool.map(one, items)
+        try:
+            yield from pool.map(one, items)
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            for copy in copies:
+                copy.stop()
+            raise
 
 
 def time_of(test: str, copy: Copy) -> float:
@@ -247,6 +262,7 @@ def main() -> int:
         return 2
     mutants = [m for m in mutants if not arguments.only or m.name in arguments.only]
     tests = sorted({m.test for m in mutants})
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # ends what it has started, leaves nothing behind
     with tempfile.TemporaryDirectory(prefix="cellmech-mutants-") as folder:
         cache = own_cache(Path(folder) / "cache")
         copies = [Copy(Path(folder) / f"copy-{k}", cache) for k in range(arguments.jobs)]
