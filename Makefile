@@ -44,7 +44,7 @@ unexport PYTHONPATH PYTHONHOME PETSC_DIR PETSC_ARCH SLEPC_DIR
 .NOTPARALLEL:
 .PHONY: help setup study test paper paper-runs taken-over figures-smoke compare report audit calibrate calibrated
 .PHONY: fig1 fig2 fig3 fig4 fig5 fig6 fig7 table1 table2 table3 table-fig2 lint check bench clean
-.PHONY: verify second-code
+.PHONY: verify second-code mutants needs
 MAKEFLAGS += --no-print-directory
 # A case that failed fails its study, and the figures that show the others and say so. So where goals follow each other
 # here, --keep-going tries them all, and then make fails.
@@ -138,6 +138,12 @@ second-code: setup ## the settled cell by a second finite-element code (installs
 	@$(PYTHON) -c 'import ngsolve' 2>/dev/null || $(PYTHON) -m pip install --quiet --no-input \
 		--disable-pip-version-check --constraint .venv/debian-versions.txt --editable '.[benchmark]'
 	$(PYTHON) benchmarks/second_code.py $(ARGS)
+
+mutants: setup ## make the program wrong on purpose, one mistake at a time: a named test must turn red
+	$(PYTHON) tools/mutants.py --jobs $(N) $(ARGS)
+
+needs: setup ## what each optional part costs and changes where it does nothing
+	$(PYTHON) benchmarks/needs.py --out $(RESULTS)/needs $(ARGS)
 
 clean: ## remove caches; results and .venv stay
 	rm -rf build dist .pytest_cache .ruff_cache .mypy_cache .hypothesis

@@ -2,34 +2,40 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 from cellmech.ellipticity import yeoh_bounds
 from cellmech.run import Run
 from cellmech.scene import LAYER_NAMES, Scene
-from cellmech.setup import MERGED, Setup, material, relaxation_s
+from cellmech.setup import M_S2, MERGED, Setup, material, relaxation_s
+
+AT_REST = 20.0  # relaxation times after which the fluid's stress is below the Newton tolerance
+NO_INERTIA = 1e-9  # of the weight: rho a below it is below the Newton tolerance
 
 
 @dataclass(frozen=True)
 class Model:
-    """What is in the equations and what is not, each with the reason."""
+    """What is in the equations and what is not, each with the reason; hints say what could be left out too."""
 
     modelled: Mapping[str, str]
     left_out: Mapping[str, str]
     warnings: Mapping[str, str]
+    hints: Mapping[str, str]
 
     def lines(self) -> list[str]:
         """For people."""
         return [f"modelled: {k}: {v}" for k, v in self.modelled.items()] + [
             f"{kind}: {k}: {v}"
-            for kind, part in (("left out", self.left_out), ("warning", self.warnings))
+            for kind, part in (("left out", self.left_out), ("warning", self.warnings), ("hint", self.hints))
             for k, v in part.items()
         ]
 
     def as_dict(self) -> dict[str, dict[str, str]]:
         """For result.json."""
-        return {"modelled": dict(self.modelled), "left_out": dict(self.left_out), "warnings": dict(self.warnings)}
+        parts = {"modelled": self.modelled, "left_out": self.left_out, "warnings": self.warnings, "hints": self.hints}
+        return {name: dict(part) for name, part in parts.items()}
 
 
 def describe_model(setup: Setup, run: Run | None = None) -> Model:
@@ -69,7 +75,7 @@ def describe_model(setup: Setup, run: Run | None = None) -> Model:
     else:
         left["inertia"] = "not asked for; rho a is about 1e-16 of the elastic forces at these rates"
     _describe_rest(setup, modelled, left)
-    return Model(modelled, left, _warnings(scene))
+    return Model(modelled, left, _warnings(scene), _hints(setup))
 
 
 def _warnings(scene: Scene) -> dict[str, str]:
@@ -83,6 +89,27 @@ def _warnings(scene: Scene) -> dict[str, str]:
     if below is not None:
         text += f", and in compression of any kind below J1 = {below:.4g}"
     return {"yeoh": f"{text}; how near this state comes is computed (stability)"}
+
+
+def _hints(setup: Setup) -> dict[str, str]:
+    """What the scene asks for though it does nothing to the numbers, or to those of the end state."""
+    scene, cell, hints = setup.scene, setup.scene.cell, {}
+    symmetric = setup.half or setup.mirror_symmetric
+    if not setup.half and symmetric:
+        hints["shape"] = (
+            'the scene is its own mirror image: cell.shape = "half"'
+            + (" about x = 0" if cell.centre_x_um else "")
+            + ", which mirrors its pillars, gives the same numbers with half the unknowns"
+        )
+    rest_s = scene.time.end_s - scene.ramp_end_s
+    if scene.time.history and not cell.inertia and rest_s > AT_REST * relaxation_s(scene):
+        hints["history"] = "time.history = false finds the same end state directly, without what happens on the way"
+    if cell.inertia and symmetric and setup.place.touch and cell.gap_um == 0 and scene.load.half_ramp_s > 0:
+        gravity_um_s2 = scene.load.gravity_m_s2 * M_S2 * scene.load.factor
+        share = scene.radius_um / scene.load.half_ramp_s**2 / gravity_um_s2 if gravity_um_s2 else math.inf
+        if share < NO_INERTIA:
+            hints["inertia"] = f"rho a is below {share:.0e} of the weight: inertia = false gives the same numbers"
+    return hints
 
 
 def _describe_rest(setup: Setup, modelled: dict[str, str], left: dict[str, str]) -> None:

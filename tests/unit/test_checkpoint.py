@@ -15,7 +15,7 @@ SCENES = {
     "fluid": {},
     "inertia": {"cell": {"inertia": True}, "load": {"factor": 3.0}, "mesh": {"size_um": 3.0}, "time": {"rtol": 0.05}},
     "comes-into-reach": {
-        "pillar": [{"half_width_um": 3.0}, {"x_um": 8.0, "half_width_um": 3.0, "height_um": 7.9}],
+        "pillar": [{"half_width_um": 3.0}, {"x_um": 8.0, "half_width_um": 3.0, "height_um": 8.5}],
         "load": {"factor": 8.0},
     },
     "solid": {"layer": {name: {"fluid_fraction": 0.0} for name in ("membrane", "cytosol", "lamina", "nucleoplasm")}},
@@ -61,6 +61,7 @@ def test_resumed_run_is_the_uninterrupted_one_to_the_last_digit(name, tmp_path):
     expected = solve(case, whole)
     assert expected["status"] == "solved", expected["reason"]
     assert expected["steps"] > 20
+    assert ("now in reach" in (whole / "run.log").read_text()) == (name == "comes-into-reach")
     for stop in (13, expected["steps"]):  # the second one after the last checkpoint, and before result.json
         assert solve(case, parts, stop_after=stop) is None
         assert (parts / CHECKPOINT).exists()

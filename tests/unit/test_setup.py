@@ -1,0 +1,138 @@
+"""From a scene to a body: units, signs, mirror images, what is meshed apart, what waits out of reach."""
+
+import dataclasses
+from contextlib import nullcontext
+
+import numpy as np
+import pytest
+import ufl
+from mpi4py import MPI
+
+from cellmech.errors import SolveError
+from cellmech.forms import PointValues
+from cellmech.run import Run
+from cellmech.scene_file import read_scene
+from cellmech.setup import MeshPlan, Setup, mesh_plan, obstacles_of, ramp, smeared_weights
+from cellmech.study_file import Case
+
+
+def scene_of(**tables):
+    return read_scene({"mesh": {"size_um": 3.0}, **tables}, "test")
+
+
+def setup_of(scene):
+    return Setup(scene, MPI.COMM_SELF, mesh_plan([Case("case", scene)]))
+
+
+def test_ramp_is_the_c2_step_of_eq_25_with_the_sign_of_the_text():
+    """From 0 to 1 over 2 T_g, a half at T_g, no slope at either end."""
+    amplitude = ramp(5000.0)
+    assert [amplitude(t) for t in (0.0, 5000.0, 10000.0, 18000.0)] == [0.0, 0.5, 1.0, 1.0]
+    assert amplitude(2500.0) == pytest.approx(0.25**3 * (10 - 15 * 0.25 + 6 * 0.25**2), rel=1e-14)
+    assert amplitude(1.0) == pytest.approx(10 * 1e-4**3, rel=1e-3)
+    assert 1 - amplitude(9999.0) == pytest.approx(10 * 1e-4**3, rel=1e-3)
+    assert ramp(0.0)(0.0) == 1.0
+
+
+def test_weight_is_that_of_the_cell_less_the_medium():
+    """1000 kg/m3 x 9.81 m/s2 = 0.00981 Pa/um."""
+    assert setup_of(scene_of()).force_density == pytest.approx(0.00981, rel=1e-12)
+    assert setup_of(scene_of()).weight == pytest.approx(0.00981 * np.pi * 100, rel=1e-12)
+    buoyant = setup_of(scene_of(cell={"medium_density_kg_m3": 900.0}, load={"factor": 2.0}))
+    assert buoyant.force_density == pytest.approx(2 * 0.1 * 0.00981, rel=1e-12)
+    w = buoyant.body.body_force
+    assert (w[0], w[1]) == (0.0, -buoyant.force_density)
+
+
+def test_half_cell_stands_on_both_pillars_of_a_pair():
+    pillar = {"x_um": 7.0, "half_width_um": 3.0}
+    half = obstacles_of(scene_of(pillar=[pillar]))
+    whole = obstacles_of(scene_of(cell={"shape": "full"}, pillar=[pillar]))
+    assert sorted(o.x_um for label, o in half.items() if label != "flat") == [-7.0, 7.0]
+    assert [o.x_um for label, o in whole.items() if label != "flat"] == [7.0]
+    on_axis = obstacles_of(scene_of(pillar=[{"x_um": 0.0}]))
+    assert [label for label in on_axis] == ["pillar 0", "flat"]
+
+
+def test_layers_are_merged_only_where_no_case_tells_them_apart():
+    def merged(*scenes):
+        return mesh_plan([Case(str(k), scene) for k, scene in enumerate(scenes)]).merged
+
+    alike = scene_of(layer={"membrane": {"young_Pa": 10.0}, "lamina": {"young_Pa": 10.0}})
+    assert merged(alike) == (("nucleoplasm", "lamina"), ("cytosol", "membrane"))
+    for own in ({"young_Pa": 11.0}, {"fluid_fraction": 0.4}, {"law": "saint-venant"}, {"poisson": 0.3}):
+        membrane = scene_of(layer={"membrane": {"young_Pa": 10.0, **own}, "lamina": {"young_Pa": 10.0}})
+        lamina = scene_of(layer={"membrane": {"young_Pa": 10.0}, "lamina": {"young_Pa": 10.0, **own}})
+        assert merged(membrane) == (("nucleoplasm", "lamina"),), own
+        assert merged(lamina) == (("cytosol", "membrane"),), own
+        assert merged(alike, membrane, lamina) == ()
+
+
+def test_smeared_weights_are_the_layers_and_sum_to_one():
+    """Deep in a layer its weight is 1; where two meet each has a half."""
+    scene = scene_of(cell={"layers": "smeared", "smear_um": 0.04})
+    setup = setup_of(scene)
+    weights = smeared_weights(scene, setup.domain, setup.centre)
+    X = ufl.SpatialCoordinate(setup.domain.mesh)
+    r = ufl.sqrt((X[0] - setup.centre[0]) ** 2 + (X[1] - setup.centre[1]) ** 2)
+    points = np.array([(i / 12, j / 12) for j in range(13) for i in range(13 - j)])
+    cells = np.arange(setup.number_of_cells, dtype=np.int32)
+    values = PointValues(ufl.as_vector([r, *weights.values()]), points, setup.domain.mesh.comm)(cells).reshape(-1, 5)
+    radius, weight = values[:, 0], dict(zip(weights, values[:, 1:].T, strict=True))
+    np.testing.assert_allclose(sum(weight.values()), 1.0, rtol=0, atol=1e-12)
+    inner = 0.0
+    for name, outer in (("nucleoplasm", 4.9), ("lamina", 5.0), ("cytosol", 9.5), ("membrane", 10.0)):
+        inside = (radius > inner + 0.04 * (inner > 0)) & (radius < outer - 0.04)
+        outside = (radius < inner - 0.04) | (radius > outer + 0.04)
+        assert inside.sum() > 10
+        np.testing.assert_allclose(weight[name][inside], 1.0, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(weight[name][outside], 0.0, rtol=0, atol=1e-12)
+        inner = outer
+
+
+def test_pillar_that_the_cell_comes_to_pushes_as_if_modelled_from_the_start():
+    """A lower pillar beside the one the cell stands on: left out at first, reached, put in; nothing may change."""
+    pillars = [{"half_width_um": 3.0}, {"x_um": 8.0, "half_width_um": 3.0, "height_um": 8.5}]
+    scene = scene_of(pillar=pillars, load={"factor": 8.0}, time={"history": False})
+    setup, log = setup_of(scene), []
+    assert len(setup.out_of_reach) >= 2
+    waiting = setup.create_run(log.append)
+    waiting.run(lambda step: None)
+    assert sum("now in reach" in line for line in log) == 1
+    body = dataclasses.replace(setup.body, obstacles=tuple(setup.obstacles.values()))
+    ready = Run(body, setup.schedule(), setup.force_scale)
+    ready.run(lambda step: None)
+    beside = [o for label, o in setup.obstacles.items() if label == "pillar 1"]
+    assert ready.outline.max_depth(ready.state.u, beside) > 0.01
+    np.testing.assert_allclose(waiting.u, ready.u, rtol=0, atol=1e-7)
+
+
+def test_quasi_static_cell_above_the_substrate_is_moved_to_first_touch():
+    touching, above = setup_of(scene_of()), setup_of(scene_of(cell={"gap_um": 2.0}))
+    falling = setup_of(scene_of(cell={"gap_um": 2.0, "inertia": True}))
+    assert touching.lift_um == falling.lift_um == 0.0 and above.lift_um == 2.0
+    np.testing.assert_allclose(above.centre, touching.centre, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(falling.centre, np.add(touching.centre, (0.0, 2.0)), rtol=0, atol=1e-12)
+    assert touching.centre[1] == pytest.approx(9.5, abs=1e-12)
+    assert above.layout().lift_um == 2.0
+
+
+@pytest.mark.parametrize(
+    ("cell", "why"),
+    [
+        ({"shape": "full", "centre_x_um": 12.0}, "slides"),
+        ({"shape": "full", "centre_x_um": 12.0, "inertia": True}, ""),
+        ({"shape": "full", "centre_x_um": 12.0, "medium_density_kg_m3": 1000.0}, ""),
+        ({"shape": "full"}, ""),
+        ({}, ""),
+    ],
+)
+def test_scene_without_equilibrium_is_refused_with_the_reason(cell, why):
+    setup = setup_of(scene_of(cell=cell))
+    with pytest.raises(SolveError, match=f"^{why}: .*no equilibrium") if why else nullcontext():
+        setup.refuse_without_equilibrium()
+
+
+def test_plan_without_merged_layers_keeps_every_interface():
+    names = [name for name, _ in MeshPlan().interfaces(scene_of())]
+    assert names == ["nucleoplasm", "lamina", "cytosol", "membrane"]
