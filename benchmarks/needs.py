@@ -31,7 +31,6 @@ from pathlib import Path
 from typing import Any
 
 from cellmech.accuracy import Assessed, assess, bears_on, numbers, refinements
-
 from cellmech.records import plain
 from cellmech.scene import Scene
 from cellmech.scene_file import read_scene, scene_to_toml
