@@ -140,6 +140,7 @@ class Observer:
 
     def observe(self, t_s: float) -> dict[str, Any]:
         """Evaluate everything after an accepted step (before history moves); nested as in result.json. Collective."""
+        self.run.state.update()
         self.samples.update()
         self.gradient.update()
         if self._fine is not None:
@@ -245,11 +246,14 @@ def top_of(pillar: Pillar, x: float) -> float | None:
 
 
 def node_fields(observer: Observer, u: fem.Function) -> dict[str, np.ndarray]:
-    """Point data of the last observed state, one row per node of each owned cell: what `fields` files hold."""
+    """Point data of the last observed state, one row per node of each owned cell: what `fields` files hold.
+
+    The node inside an element, where there is one, is left out: ParaView's triangles have theirs on the edges.
+    """
     samples = observer.samples
-    n = samples.n_max
     dofmap = u.function_space.dofmap
-    dofs = np.array([dofmap.cell_dofs(c) for c in samples.cells], dtype=np.int64).reshape(-1, n)
+    n = min(samples.n_max, 6)
+    dofs = np.array([dofmap.cell_dofs(c)[:n] for c in samples.cells], dtype=np.int64).reshape(-1, n)
     values = samples.values[:, :n]
     return {
         "position": samples.position[:, :n],

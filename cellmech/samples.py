@@ -30,7 +30,7 @@ def state_quantities(state: State, mixture: Mixture) -> Any:
     pressure is minus a third of its trace.
     """
     F, E = embed(deformation_gradient(state.u), 1.0), green_lagrange(state.u)
-    S = mixture.solid(embed(E))[1]
+    S = mixture.solid(embed(E), state.p)[1]
     if mixture.rate_dependent:
         S = S + mixture.fluid(F, embed(state.strain_rate()))
     sigma = F * S * F.T / ufl.det(F)

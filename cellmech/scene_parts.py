@@ -151,13 +151,15 @@ class Mesh(Table):
     """Element sizes and the order of the displacement.
 
     `contact_size_um` is the size at the contact zone, chosen by the mesh module where it is None; `thin_layers`
-    the number of elements across each thin layer.
+    the number of elements across each thin layer. `pressure` says in which layers the solid's pressure is an unknown
+    of its own, against locking: where it is nearly incompressible, nowhere, or everywhere.
     """
 
     size_um: Length = 0.6
     contact_size_um: Length | None = None
     thin_layers: Annotated[int, Whole(1, 8)] = 1
     order: Annotated[int, Whole(1, 2)] = 2
+    pressure: Annotated[Literal["auto", "none", "mixed"], Choice()] = "auto"
 
 
 class Output(Table):
