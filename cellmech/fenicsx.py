@@ -54,7 +54,8 @@ def displacement_space(mesh: Any, degree: int, jit: dict[str, Any], bubble: bool
 
 
 def _p2_bubble() -> Any:
-    start = basix.CellType.triangle, [], p2_bubble.coefficients(), p2_bubble.nodes(), p2_bubble.evaluations(), 0
+    nodal = p2_bubble.nodes(), p2_bubble.evaluations(), 0
+    start: tuple[Any, ...] = basix.CellType.triangle, [], p2_bubble.coefficients(), *nodal
     degrees = p2_bubble.COMPLETE, p2_bubble.HIGHEST
     if OLD:
         from basix.ufl_wrapper import BasixElement

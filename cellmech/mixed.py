@@ -7,9 +7,9 @@ point of
     int c_s (W(lambda = 0) + p g - p^2/(2 lambda)) dV
 
 over u and p, p linear in each element and free to jump between elements, and so between layers; u is P2 with a cubic
-bubble, which makes the pair stable (Crouzeix and Raviart, RAIRO R-3 (1973) 33-75; Boffi, Brezzi and Fortin, Mixed Finite
-Element Methods, 8.6). In each element M p = b(u), with b = int c_s g q dV and M = int c_s q r/lambda dV: in equilibrium
-p is a function of u, which is all that has to be stored. `cellmech.saddle` has Newton's method.
+bubble, which makes the pair stable (Crouzeix and Raviart, RAIRO R-3 (1973) 33-75; Boffi, Brezzi and Fortin, Mixed
+Finite Element Methods, 8.6). In each element M p = b(u), with b = int c_s g q dV and M = int c_s q r/lambda dV: in
+equilibrium p is a function of u, which is all that has to be stored. `cellmech.saddle` has Newton's method.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from dolfinx.fem import petsc
 from petsc4py import PETSc
 
 from cellmech.domain import Domain
-from cellmech.forms import compile_form
+from cellmech.forms import cellwise_space, compile_form
 from cellmech.kinematics import embed, green_lagrange
 from cellmech.materials import Mixture
 
@@ -47,13 +47,11 @@ class ElementPressure:
         self._comm, q, r = domain.mesh.comm, ufl.TestFunction(space), ufl.TrialFunction(space)
         E, none = embed(green_lagrange(u)), fem.Constant(domain.mesh, 0.0)
         dilatation, compliance = none * q * domain.dx(degree), none * q * r * domain.dx(degree)  # in every cell
-        stiffness, size = none * q * domain.dx(degree), q * domain.dx(degree)
         for m in mixtures:
             if m.mixed:
                 dx = domain.dx(degree, m.names)
                 dilatation += m.solid_fraction * m.volumetric(E) * q * dx
                 compliance += m.solid_fraction / m.constants["lmbda"] * q * r * dx
-                stiffness += m.constants["mu"] * q * dx
         self._b = compile_form(dilatation, self._comm)
         self._dilatation = petsc.create_vector(self._b)
         self.M = petsc.assemble_matrix(compile_form(compliance, self._comm))
@@ -61,14 +59,24 @@ class ElementPressure:
         self.D = _inverse_of_blocks(self.M)
         self._gradient = compile_form(ufl.derivative(dilatation, u, ufl.TrialFunction(u.function_space)), self._comm)
         self.B = petsc.create_matrix(self._gradient)
-        self.scale = self._scale(stiffness, size)
+        self.scale = self._scale(domain, mixtures, degree)
 
-    def _scale(self, stiffness: ufl.Form, size: ufl.Form) -> np.ndarray:
-        """mu/h [Pa/µm] of each unknown: brings the gap [µm^2] to what it means in force [Pa µm]."""
-        shear, area = (petsc.assemble_vector(compile_form(form, self._comm)) for form in (stiffness, size))
-        scale = shear.getArray() / (area.getArray() * np.sqrt(area.getArray()))
-        shear.destroy()
-        area.destroy()
+    def _scale(self, domain: Domain, mixtures: Sequence[Mixture], degree: int) -> np.ndarray:
+        """mu/h [Pa/µm] of each own unknown: brings the gap [µm^2] to what it means in force [Pa µm]."""
+        constant = cellwise_space(domain.mesh)
+        one, none = ufl.TestFunction(constant), fem.Constant(domain.mesh, 0.0)
+        stiffness = none * one * domain.dx(degree)
+        for m in mixtures:
+            if m.mixed:
+                stiffness += m.constants["mu"] * one * domain.dx(degree, m.names)
+        forms = (compile_form(form, self._comm) for form in (stiffness, one * domain.dx(degree)))
+        vectors = [petsc.assemble_vector(form) for form in forms]
+        shear, area = (vector.getArray().copy() for vector in vectors)
+        for vector in vectors:
+            vector.destroy()
+        of_cell, scale = shear / area**1.5, np.zeros(self.M.getLocalSize()[0])
+        for cell in range(domain.mesh.topology.index_map(2).size_local):
+            scale[self.p.function_space.dofmap.cell_dofs(cell)] = of_cell[constant.dofmap.cell_dofs(cell)[0]]
         return scale
 
     @property

@@ -11,7 +11,7 @@ CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
 
 
 def coefficients() -> np.ndarray:
-    """P2 and the bubble x y (1 - x - y) in the orthonormal cubic polynomials of the reference triangle, shape (7, 10)."""
+    """P2 and the bubble x y (1 - x - y) in the orthonormal cubic polynomials of the triangle, shape (7, 10)."""
     points, weights = basix.make_quadrature(basix.CellType.triangle, 2 * HIGHEST)
     legendre = basix.tabulate_polynomials(basix.PolynomialType.legendre, basix.CellType.triangle, HIGHEST, points)
     x, y = np.asarray(points).T

@@ -229,7 +229,7 @@ class Setup:
             domain=domain,
             mixtures=mixtures(domain, layers if smeared else groups, blend),
             space=space,
-            bcs=self._symmetry(space),
+            bcs=self.symmetry(space),
             body_force=(0.0, -self.force_density),
             contact=contact,
             density=scene.cell.density_kg_m3 * KG_M3 if scene.cell.inertia else None,
@@ -242,7 +242,7 @@ class Setup:
         others = [o for label, o in self.obstacles.items() if not near[label]]
         return dataclasses.replace(body, obstacles=reached), others
 
-    def _symmetry(self, space: Any) -> tuple[Any, ...]:
+    def symmetry(self, space: Any) -> tuple[Any, ...]:
         """u_x = 0 on the axis of a half cell."""
         if not self.half:
             return ()
