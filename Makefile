@@ -43,7 +43,7 @@ unexport PYTHONPATH PYTHONHOME PETSC_DIR PETSC_ARCH SLEPC_DIR
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .PHONY: help setup study test paper paper-runs taken-over figures-smoke compare report audit calibrate calibrated
-.PHONY: fig1 fig2 fig3 fig4 fig5 fig6 fig7 table1 table2 table3 table-fig2 lint check bench clean
+.PHONY: fig1 fig2 fig3 fig4 fig5 fig6 fig7 table1 table2 table3 table-fig2 lint check bench locking clean
 MAKEFLAGS += --no-print-directory
 # A case that failed fails its study, and the figures that show the others and say so. So where goals follow each other
 # here, --keep-going tries them all, and then make fails.
@@ -129,6 +129,9 @@ check: lint test ## lint, then all tests
 
 bench: setup ## speed against a plain FEniCSx script
 	$(PYTHON) benchmarks/speed.py $(ARGS)
+
+locking: setup ## P2 alone beside the mixed form as nu -> 0.5, into results/locking
+	$(PYTHON) benchmarks/locking.py --out $(RESULTS)/locking $(ARGS)
 
 clean: ## remove caches; results and .venv stay
 	rm -rf build dist .pytest_cache .ruff_cache .mypy_cache .hypothesis

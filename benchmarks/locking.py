@@ -3,7 +3,7 @@
 All run through the same Newton's method, so that only the elements differ: a pressure that is quadratic in each element
 passes through the law's own pressure at all six quadrature points, which is P2 alone to round-off, without P2's own
 Newton iteration, which finds no equilibrium at nu = 0.499. Errors are against the mixed form on a finer mesh, of J1,
-J2, J3 on q - q0. Wall times are of the solve, forms compiled before.
+J2, J3 on q - q0. Processor times are of the solve, forms compiled before.
 
     python benchmarks/locking.py [--nu 0.45 0.49 ...] [--size 1.2 0.6] [--reference 0.3] [--out results/locking]
 """
@@ -42,9 +42,7 @@ REST = {"J1": 2.0, "J2": 2.0, "J3": 1.0}
 
 def cell(nu: float, size: float, form: str) -> dict[str, float]:
     """The end state of the Table 1 cell, neo-Hookean: its numbers, and what they took."""
-    settings = {"cell.poisson": nu, "mesh.size_um": size, "time.history": "false", "mesh.pressure": "mixed"}
-    study = load_study(None, [f"{key}={value}" for key, value in settings.items()])
-    setup = Setup(study.cases[0].scene, MPI.COMM_SELF, mesh_plan(study.cases))
+    setup = set_up(nu, size, "mixed")
     bubble, degree = FORMS[form]
     mesh = setup.domain.mesh
     space = displacement_space(mesh, 2, bubble)
@@ -52,18 +50,26 @@ def cell(nu: float, size: float, form: str) -> dict[str, float]:
         setup.body, space=space, bcs=setup.symmetry(space), pressure_space=pressure_space(mesh, degree)
     )
     run = setup.create_run(lambda line: None)
-    observer = Observer(run, setup.layout())
-    result: dict[str, Any] = {}
-    started = time.perf_counter()
-    run.run(lambda step: result.update(observer.observe(step.t_s)))
-    wall_s = time.perf_counter() - started
+    started = time.process_time()
+    run.run(lambda step: None)
+    cpu_s = time.process_time() - started
     run.close()
+    if form == "P2":  # reports the stress of its displacement, as the program does where it is alone
+        run.body = dataclasses.replace(run.body, mixtures=set_up(nu, size, "none").body.mixtures)
+    result = Observer(run, setup.layout()).observe(run.t)
     numbers = {"depth_um": result["contact"]["max_depth_um"]}
     for region in ("nucleus", "lamina"):
         for q in ("sigma_mises_max_Pa", "J1_max", "J2_max", "J3_max", "pressure_max_Pa", "pressure_mean_Pa"):
             numbers[f"{region}.{q}"] = result[region][q] - REST.get(q[:2], 0.0)
-    cost = {"cells": setup.number_of_cells, "newton": run.totals.newton_iterations, "wall_s": wall_s}
+    cost = {"cells": setup.number_of_cells, "newton": run.totals.newton_iterations, "cpu_s": cpu_s}
     return cost | {"factorisations": run.totals.factorisations} | numbers
+
+
+def set_up(nu: float, size: float, pressure: str) -> Setup:
+    """The Table 1 cell, its end state asked for."""
+    settings = {"cell.poisson": nu, "mesh.size_um": size, "time.history": "false", "mesh.pressure": pressure}
+    study = load_study(None, [f"{key}={value}" for key, value in settings.items()])
+    return Setup(study.cases[0].scene, MPI.COMM_SELF, mesh_plan(study.cases))
 
 
 def cook(n: int, form: str) -> dict[str, float]:
@@ -84,17 +90,17 @@ def cook(n: int, form: str) -> dict[str, float]:
     )
     state, iterations = State(body), 0
     solver = Solver(body, state, force_scale=16 * COOK_SHEAR)
-    started = time.perf_counter()
+    started = time.process_time()
     for share in np.linspace(0.25, 1.0, 4):
         outcome = solver.solve(float(share))
         iterations += outcome.iterations
         if not outcome.converged:
             raise SystemExit(f"Cook's membrane, {form}, n = {n}: {outcome.reason}")
-    wall_s = time.perf_counter() - started
+    cpu_s = time.process_time() - started
     solver.close()
     X = space.tabulate_dof_coordinates()
     tip = int(np.argmin(np.hypot(X[:, 0] - 48.0, X[:, 1] - 52.0)))
-    return {"cells": 2 * n * n, "newton": iterations, "wall_s": wall_s, "tip_mm": float(state.u.x.array[2 * tip + 1])}
+    return {"cells": 2 * n * n, "newton": iterations, "cpu_s": cpu_s, "tip_mm": float(state.u.x.array[2 * tip + 1])}
 
 
 def membrane(n: int) -> Domain:
@@ -155,7 +161,7 @@ def main() -> None:
         for size in arguments.size:
             for form in FORMS:
                 found = cell(nu, size, form)
-                cost = {key: found[key] for key in ("cells", "newton", "factorisations", "wall_s")}
+                cost = {key: found[key] for key in ("cells", "newton", "factorisations", "cpu_s")}
                 errors = {k: error_percent(k, v, reference[k]) for k, v in found.items() if k not in cost}
                 rows.append({"nu": nu, "size_um": size, "form": form, **cost, **errors})
                 print("  ".join(f"{k} {v:.3g}" if isinstance(v, float) else f"{k} {v}" for k, v in rows[-1].items()))

@@ -1,6 +1,6 @@
 """The mixed form for nearly incompressible solids: a pressure of its own in each element, eliminated there.
 
-Every law is W = W(lambda = 0) + lambda/2 g^2 with a volumetric measure g of its own (`energies.VOLUMETRIC`). For
+Every law is W = W(lambda = 0) + lambda/2 g^2 with a volumetric measure g of its own (`energies.volumetric`). For
 lambda >> mu a P2 displacement cannot make g vanish everywhere without freezing: it locks. The mixed form is the saddle
 point of
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from cellmech.run import Run
 from cellmech.scene import LAYER_NAMES, Scene
-from cellmech.setup import MERGED, Setup, material, relaxation_s
+from cellmech.setup import MERGED, MIXED_ABOVE, Setup, material, mixed_layers, relaxation_s
 
 YEOH_STABLE = 0.5  # beta/mu up to which alpha >= 0
 
@@ -41,6 +41,7 @@ def describe_model(setup: Setup, run: Run | None = None) -> Model:
     for law in scene.laws():
         names = [n for n in LAYER_NAMES if scene.layer_law(n) == law]
         modelled[law] = f"solid phase of {', '.join(names)}"
+    _describe_pressure(scene, modelled, left)
     wet = [n for n in LAYER_NAMES if material(scene, n).rate_dependent]
     if wet:
         modelled["fluid phase"] = f"viscous stress of {', '.join(wet)}; BDF2 in time"
@@ -74,12 +75,32 @@ def describe_model(setup: Setup, run: Run | None = None) -> Model:
 
 
 def _warnings(scene: Scene) -> dict[str, str]:
-    if "yeoh" not in scene.laws() or scene.cell.beta_over_mu <= YEOH_STABLE:
-        return {}
-    return {
-        "yeoh": f"alpha < 0 at beta/mu = {scene.cell.beta_over_mu:g}: the energy is unbounded below; at beta/mu = 2.5 "
-        "and nu = 0.45 ellipticity is lost at J1 above about 5.1 and, in compression, below about 1.54"
-    }
+    found = {}
+    if "yeoh" in scene.laws() and scene.cell.beta_over_mu > YEOH_STABLE:
+        found["yeoh"] = (
+            f"alpha < 0 at beta/mu = {scene.cell.beta_over_mu:g}: the energy is unbounded below; at beta/mu = 2.5 "
+            "and nu = 0.45 ellipticity is lost at J1 above about 5.1 and, in compression, below about 1.54"
+        )
+    stiff = [n for n in LAYER_NAMES if scene.layer_poisson(n) > MIXED_ABOVE and n not in mixed_layers(scene)]
+    if stiff:
+        why = 'mesh.pressure is "none"' if scene.mesh.order == 2 else "mesh.order is 1"
+        found["locking"] = (
+            f"Poisson's ratio is above {MIXED_ABOVE:g} in {', '.join(stiff)}, but {why}: the largest pressures are off "
+            "by more than 1 %, and near 0.5 no equilibrium is found"
+        )
+    return found
+
+
+def _describe_pressure(scene: Scene, modelled: dict[str, str], left: dict[str, str]) -> None:
+    mixed = mixed_layers(scene)
+    if mixed:
+        why = "asked for" if scene.mesh.pressure == "mixed" else f"Poisson's ratio above {MIXED_ABOVE:g}"
+        names = ", ".join(n for n in LAYER_NAMES if n in mixed)
+        modelled["pressure"] = f"an unknown of its own in {names}, linear in each element ({why}); P2 with a bubble"
+    elif all(scene.layer_poisson(n) <= MIXED_ABOVE for n in LAYER_NAMES):
+        left["pressure as an unknown"] = f"no layer's Poisson's ratio is above {MIXED_ABOVE:g}: P2 alone does not lock"
+    else:
+        left["pressure as an unknown"] = "not asked for; see the warning"
 
 
 def _describe_rest(setup: Setup, modelled: dict[str, str], left: dict[str, str]) -> None:

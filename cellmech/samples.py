@@ -27,7 +27,7 @@ def state_quantities(state: State, mixture: Mixture) -> Any:
     """(sigma_Mises [Pa], J1 - 2, J2 - 2, J3 - 1, pressure [Pa], det F) as a UFL vector.
 
     sigma_Mises is the von Mises norm of the full 3-D Cauchy stress of the whole mixture, sigma_zz included; the
-    pressure is minus a third of its trace.
+    pressure is minus a third of its trace. J1, J2, J3 of a mixed solid have the volume of its pressure.
     """
     F, E = embed(deformation_gradient(state.u), 1.0), green_lagrange(state.u)
     S = mixture.solid(embed(E), state.p)[1]
@@ -36,7 +36,7 @@ def state_quantities(state: State, mixture: Mixture) -> Any:
     sigma = F * S * F.T / ufl.det(F)
     deviator = ufl.dev(sigma)
     mises = ufl.sqrt(1.5 * ufl.inner(deviator, deviator))
-    return ufl.as_vector([mises, *reported_strains(E), -ufl.tr(sigma) / 3, ufl.det(F)])
+    return ufl.as_vector([mises, *reported_strains(mixture.strain(E, state.p)), -ufl.tr(sigma) / 3, ufl.det(F)])
 
 
 class Samples:
