@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
+import basix
 import dolfinx
 import numpy as np
 import ufl
 from dolfinx import fem
 from dolfinx import mesh as dmesh
 from mpi4py import MPI
+
+from cellmech import p2_bubble
 
 OLD = tuple(int(part) for part in dolfinx.__version__.split(".")[:2]) < (0, 9)
 
@@ -35,17 +38,37 @@ def cell_points(mesh: Any) -> np.ndarray:
     return mesh.geometry.x[dofs[:cells], :2]
 
 
-def displacement_space(mesh: Any, degree: int, jit: dict[str, Any]) -> Any:
-    """Continuous Lagrange vectors of this degree; 0.5 compiles the element with these options."""
+def displacement_space(mesh: Any, degree: int, jit: dict[str, Any], bubble: bool = False) -> Any:
+    """Continuous Lagrange vectors, or P2 with a cubic bubble; 0.5 compiles the element with these options."""
+    if OLD and bubble:
+        from basix.ufl_wrapper import VectorElement
+
+        return fem.FunctionSpace(mesh, VectorElement(_p2_bubble(), 2), jit_params=jit)
     if OLD:
-        element = ufl.VectorElement("Lagrange", mesh.ufl_cell(), degree)
-        return fem.FunctionSpace(mesh, element, jit_params=jit)
+        return fem.FunctionSpace(mesh, ufl.VectorElement("Lagrange", mesh.ufl_cell(), degree), jit_params=jit)
+    if bubble:
+        from basix.ufl import blocked_element
+
+        return fem.functionspace(mesh, blocked_element(_p2_bubble(), shape=(2,)))
     return fem.functionspace(mesh, ("Lagrange", degree, (2,)))
 
 
-def cellwise_space(mesh: Any, jit: dict[str, Any]) -> Any:
-    """Functions constant on each cell; likewise."""
-    return fem.FunctionSpace(mesh, ("DG", 0), jit_params=jit) if OLD else fem.functionspace(mesh, ("DG", 0))
+def _p2_bubble() -> Any:
+    nodal = p2_bubble.nodes(), p2_bubble.evaluations(), 0
+    start: tuple[Any, ...] = basix.CellType.triangle, [], p2_bubble.coefficients(), *nodal
+    degrees = p2_bubble.COMPLETE, p2_bubble.HIGHEST
+    if OLD:
+        from basix.ufl_wrapper import BasixElement
+
+        return BasixElement(basix.create_custom_element(*start, basix.MapType.identity, False, *degrees))
+    from basix.ufl import custom_element
+
+    return custom_element(*start, basix.MapType.identity, basix.SobolevSpace.H1, False, *degrees)
+
+
+def discontinuous_space(mesh: Any, degree: int, jit: dict[str, Any]) -> Any:
+    """Functions of this degree on each cell; likewise."""
+    return fem.FunctionSpace(mesh, ("DG", degree), jit_params=jit) if OLD else fem.functionspace(mesh, ("DG", degree))
 
 
 def compiled_form(form: Any, jit: dict[str, Any]) -> Any:

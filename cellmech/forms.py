@@ -66,16 +66,22 @@ def compile_form(form: Any, comm: MPI.Comm) -> Any:
         return fenicsx.compiled_form(form, options)
 
 
-def displacement_space(mesh: Any, degree: int) -> Any:
-    """Continuous Lagrange vectors of this degree on a mesh (collective)."""
+def displacement_space(mesh: Any, degree: int, bubble: bool = False) -> Any:
+    """Continuous Lagrange vectors of this degree on a mesh, or P2 with a cubic bubble (collective)."""
     with _compiling(mesh.comm) as options:
-        return fenicsx.displacement_space(mesh, degree, options)
+        return fenicsx.displacement_space(mesh, degree, options, bubble)
+
+
+def pressure_space(mesh: Any, degree: int = 1) -> Any:
+    """Functions of this degree on each cell of a mesh, free to jump between cells (collective)."""
+    with _compiling(mesh.comm) as options:
+        return fenicsx.discontinuous_space(mesh, degree, options)
 
 
 def cellwise_space(mesh: Any) -> Any:
     """Functions constant on each cell of a mesh (collective)."""
     with _compiling(mesh.comm) as options:
-        return fenicsx.cellwise_space(mesh, options)
+        return fenicsx.discontinuous_space(mesh, 0, options)
 
 
 class PointValues:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,10 +11,10 @@ import ufl
 from dolfinx import fem
 
 from cellmech.domain import Domain
-from cellmech.energies import energy_and_stress
+from cellmech.energies import VOLUMETRIC, Law, energy_and_stress, mixed_energy_and_stress
 from cellmech.fluid import fluid_stress
 from cellmech.forms import cellwise_space
-from cellmech.kinematics import dilatation_rate
+from cellmech.kinematics import Invariants, dilatation_rate, embed
 
 
 @dataclass(frozen=True)
@@ -26,13 +26,15 @@ class Material:
         constants: what the law needs, moduli in Pa.
         fluid_fraction: c_f [-]; the solid's is 1 - c_f (eqs 10-13).
         fluid_lambda, fluid_mu: volumetric and shear viscosity [Pa s].
+        mixed: whether the volumetric part is carried by a pressure of its own (`cellmech.mixed`).
     """
 
-    law: Callable[..., ufl.core.expr.Expr]
+    law: Law
     constants: Mapping[str, float] = field(default_factory=dict)
     fluid_fraction: float = 0.0
     fluid_lambda: float = 0.0
     fluid_mu: float = 0.0
+    mixed: bool = False
 
     @property
     def rate_dependent(self) -> bool:
@@ -54,17 +56,39 @@ class Mixture:
     """The groups of cells that share one law, with that law's constants as UFL coefficients."""
 
     names: tuple[str, ...]
-    law: Callable[..., ufl.core.expr.Expr]
+    law: Law
     constants: Mapping[str, Any]
     solid_fraction: Any
     viscosity_lambda: Any
     viscosity_mu: Any
     rate_dependent: bool
+    mixed: bool = False
 
-    def solid(self, E):
-        """c_s W and c_s S_s [Pa] at the 3-D strain E (eqs 6, 17-20)."""
-        W, S = energy_and_stress(self.law, E, **self.constants)
+    def solid(self, E, p=None):
+        """c_s W and c_s S_s [Pa] at the 3-D strain E (eqs 6, 17-20); in the mixed form at the pressure p [Pa] too."""
+        if self.mixed:
+            W, S = mixed_energy_and_stress(self.law, E, p, **self.constants)
+        else:
+            W, S = energy_and_stress(self.law, E, **self.constants)
         return self.solid_fraction * W, self.solid_fraction * S
+
+    def volumetric(self, E):
+        """The measure g of volume change that the law's lambda goes with [-] at the 3-D strain E."""
+        return VOLUMETRIC[self.law].of(Invariants(E))
+
+    def strain(self, E, p=None):
+        """The in-plane strain to report [-] where the displacement has E: in the mixed form with the pressure's volume.
+
+        There the volume of the displacement itself is right on the average over an element only, point by point as
+        wrong as its gradient; that of the pressure, p/lambda, is of order 2 in the mesh size and nearer by lambda/mu.
+        """
+        if not self.mixed:
+            return E
+        change = p / self.constants["lmbda"] - self.volumetric(embed(E))
+        corrected = VOLUMETRIC[self.law].changed(E, change)
+        solid = ufl.gt(self.solid_fraction, 0)  # fluid alone has no such pressure
+        entries = [[ufl.conditional(solid, corrected[i, j], E[i, j]) for j in range(2)] for i in range(2)]
+        return ufl.as_matrix(entries)
 
     def fluid(self, F, E_dot):
         """c_f S_f [Pa] (eqs 6, 23); F and E_dot both plane or both 3-D."""
@@ -74,7 +98,7 @@ class Mixture:
 def mixtures(
     domain: Domain, materials: Mapping[str, Material], blend: Mapping[str, ufl.core.expr.Expr] | None = None
 ) -> tuple[Mixture, ...]:
-    """Group the materials by law.
+    """Group the materials by law and form.
 
     Args:
         domain: the mesh and its named groups.
@@ -82,19 +106,22 @@ def mixtures(
         blend: weight g_i of each material [-], UFL (eqs 8, 9: E = sum g_i E_i); all materials must share one law.
 
     Raises:
-        ValueError: a group without material, or blended materials of different laws.
+        ValueError: a group without material, blended materials of different laws, or a mixed material whose law has no
+            volumetric measure.
     """
+    if unfit := sorted({m.law.__name__ for m in materials.values() if m.mixed and m.law not in VOLUMETRIC}):
+        raise ValueError(f"{unfit[0]} states no volumetric measure (cellmech.energies.volumetric): it cannot be mixed")
     if blend is not None:
-        laws = {m.law for m in materials.values()}
+        laws = {(m.law, m.mixed) for m in materials.values()}
         if len(laws) != 1:
-            raise ValueError(f"blended layers need one law, got {len(laws)}")
+            raise ValueError(f"blended layers need one law, all mixed or none, got {len(laws)}")
         return (_mixture(domain, tuple(domain.cells), materials, blend),)
     missing = set(domain.cells) - set(materials)
     if missing:
         raise ValueError(f"no material for the groups {sorted(missing)}")
     by_law: dict[Any, list[str]] = {}
     for name in domain.cells:
-        by_law.setdefault(materials[name].law, []).append(name)
+        by_law.setdefault((materials[name].law, materials[name].mixed), []).append(name)
     return tuple(_mixture(domain, tuple(names), {n: materials[n] for n in names}, None) for names in by_law.values())
 
 
@@ -117,6 +144,7 @@ def _mixture(domain: Domain, names: tuple[str, ...], materials: Mapping[str, Mat
         viscosity_lambda=coefficients.pop("viscosity_lambda"),
         viscosity_mu=coefficients.pop("viscosity_mu"),
         rate_dependent=any(m.rate_dependent for m in materials.values()),
+        mixed=next(iter(materials.values())).mixed,
         constants=coefficients,
     )
 

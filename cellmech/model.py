@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from cellmech.ellipticity import yeoh_bounds
 from cellmech.run import Run
 from cellmech.scene import LAYER_NAMES, Scene
-from cellmech.setup import M_S2, MERGED, Setup, material, relaxation_s
+from cellmech.setup import M_S2, MERGED, MIXED_ABOVE, Setup, material, mixed_layers, relaxation_s
 
 AT_REST = 20.0  # relaxation times after which the fluid's stress is below the Newton tolerance
 NO_INERTIA = 1e-9  # of the weight: rho a below it is below the Newton tolerance
@@ -46,6 +46,7 @@ def describe_model(setup: Setup, run: Run | None = None) -> Model:
     for law in scene.laws():
         names = [n for n in LAYER_NAMES if scene.layer_law(n) == law]
         modelled[law] = f"solid phase of {', '.join(names)}"
+    _describe_pressure(scene, modelled, left)
     wet = [n for n in LAYER_NAMES if material(scene, n).rate_dependent]
     if wet:
         modelled["fluid phase"] = f"viscous stress of {', '.join(wet)}; BDF2 in time"
@@ -79,6 +80,10 @@ def describe_model(setup: Setup, run: Run | None = None) -> Model:
 
 
 def _warnings(scene: Scene) -> dict[str, str]:
+    return {**_yeoh_warning(scene), **_locking_warning(scene)}
+
+
+def _yeoh_warning(scene: Scene) -> dict[str, str]:
     below, beyond = yeoh_bounds(scene.cell.beta_over_mu)
     if "yeoh" not in scene.laws() or beyond is None:
         return {}
@@ -89,6 +94,17 @@ def _warnings(scene: Scene) -> dict[str, str]:
     if below is not None:
         text += f", and in compression of any kind below J1 = {below:.4g}"
     return {"yeoh": f"{text}; how near this state comes is computed (stability)"}
+
+
+def _locking_warning(scene: Scene) -> dict[str, str]:
+    stiff = [n for n in LAYER_NAMES if scene.layer_poisson(n) > MIXED_ABOVE and n not in mixed_layers(scene)]
+    if not stiff:
+        return {}
+    why = 'mesh.pressure is "none"' if scene.mesh.order == 2 else "mesh.order is 1"
+    return {
+        "locking": f"Poisson's ratio is above {MIXED_ABOVE:g} in {', '.join(stiff)}, but {why}: the largest pressures "
+        "are off by more than 1 %, and near 0.5 no equilibrium is found"
+    }
 
 
 def _hints(setup: Setup) -> dict[str, str]:
@@ -110,6 +126,18 @@ def _hints(setup: Setup) -> dict[str, str]:
         if share < NO_INERTIA:
             hints["inertia"] = f"rho a is below {share:.0e} of the weight: inertia = false gives the same numbers"
     return hints
+
+
+def _describe_pressure(scene: Scene, modelled: dict[str, str], left: dict[str, str]) -> None:
+    mixed = mixed_layers(scene)
+    if mixed:
+        why = "asked for" if scene.mesh.pressure == "mixed" else f"Poisson's ratio above {MIXED_ABOVE:g}"
+        names = ", ".join(n for n in LAYER_NAMES if n in mixed)
+        modelled["pressure"] = f"an unknown of its own in {names}, linear in each element ({why}); P2 with a bubble"
+    elif all(scene.layer_poisson(n) <= MIXED_ABOVE for n in LAYER_NAMES):
+        left["pressure as an unknown"] = f"no layer's Poisson's ratio is above {MIXED_ABOVE:g}: P2 alone does not lock"
+    else:
+        left["pressure as an unknown"] = "not asked for; see the warning"
 
 
 def _describe_rest(setup: Setup, modelled: dict[str, str], left: dict[str, str]) -> None:

@@ -1,8 +1,8 @@
 """What is reported of a state: maxima, means and shares per region, shape, contact, energies.
 
 Stress and strain are evaluated at the nodes of each element from that element's own gradient and material; the
-largest value counts and neighbours are never averaged. Means are over the reference area. To add an observable:
-a method that returns a number, called in `Observer.observe`.
+largest value counts and neighbours are never averaged. The pressure's gradient is one vector an element. Means are
+over the reference area. To add an observable: a method that returns a number, called in `Observer.observe`.
 """
 
 from __future__ import annotations
@@ -19,10 +19,24 @@ from cellmech.det_f import node_points, quadrature
 from cellmech.errors import MeshError
 from cellmech.outline import Outline
 from cellmech.run import Run
-from cellmech.samples import DET_F, PRESSURE, Region, Samples, lattice, merge
+from cellmech.samples import (
+    AREA,
+    DET_F,
+    INTEGRALS,
+    LOWEST,
+    MAXIMA,
+    PLACES,
+    PRESSURE,
+    STEEPEST,
+    PressureGradient,
+    Region,
+    Samples,
+    lattice,
+    merge,
+)
 
-QUANTITIES = ("sigma_mises", "J1", "J2", "J3")
-REST = np.array([0.0, 2.0, 2.0, 1.0])  # their values at rest
+QUANTITIES = {"sigma_mises": "_Pa", "J1": "", "J2": "", "J3": "", "pressure": "_Pa"}  # and their units
+REST = np.array([0.0, 2.0, 2.0, 1.0, 0.0])  # their values at rest
 STRAINS = ("J1", "J2", "J3")
 SETTLED = 1e-9  # a maximum over time moves on only for more than this share of its size: round-off is no growth
 LATTICE = 16  # subdivisions of an element's edge where a reported layer is not meshed apart
@@ -78,6 +92,7 @@ class Observer:
         cells = np.arange(body.domain.mesh.topology.index_map(2).size_local, dtype=np.int32)
         weights = np.concatenate([np.zeros(len(nodes)), w])
         self.samples = Samples(run, cells, np.vstack([nodes, q]), weights, len(nodes))
+        self.gradient = PressureGradient(run, self.samples, q)
         self._fine: Samples | None = None
         self.regions = {name: self._region(name) for name in layout.regions}
         self.nucleus = Outline(body.domain, body.space, "nucleus_outline")
@@ -90,7 +105,8 @@ class Observer:
             rows = np.flatnonzero(np.isin(self.samples.groups, numbers))
             n_points = self.samples.area.shape[1]
             index = rows[:, None] * n_points + np.arange(n_points)
-            return Region(self.samples, index[:, : self.samples.n_max].ravel(), index[:, self.samples.n_max :].ravel())
+            peak, bulk = index[:, : self.samples.n_max].ravel(), index[:, self.samples.n_max :].ravel()
+            return Region(self.samples, self.gradient, peak, bulk)
         if self._fine is None:
             points, weights = lattice(LATTICE)
             self._fine = Samples(self.run, self.samples.cells, points, weights, len(points))
@@ -100,7 +116,7 @@ class Observer:
         index = np.flatnonzero((r >= ring.inner_um - slack) & (r <= ring.outer_um + slack))
         covered = self.comm.allreduce(float(self._fine.area.reshape(-1)[index].sum()))
         true = np.pi * (ring.outer_um**2 - ring.inner_um**2) / self.layout.copies
-        return Region(self._fine, index, index, true / covered)
+        return Region(self._fine, self.gradient, index, index, true / covered)
 
     def _pole(self, sign: float) -> np.ndarray:
         """The owned dof of the nucleus outline's bottom (-1) or top (1) point on the axis, empty on other ranks."""
@@ -124,7 +140,9 @@ class Observer:
 
     def observe(self, t_s: float) -> dict[str, Any]:
         """Evaluate everything after an accepted step (before history moves); nested as in result.json. Collective."""
+        self.run.state.update()
         self.samples.update()
+        self.gradient.update()
         if self._fine is not None:
             self._fine.update()
         local = np.array([region.local() for region in self.regions.values()])
@@ -138,30 +156,35 @@ class Observer:
 
     def _of_region(self, name: str, t_s: float) -> dict[str, Any]:
         row = self.table[name]
+        maxima, means = row[MAXIMA] + REST, row[INTEGRALS] / row[AREA] + REST
+        places = row[PLACES].reshape(-1, 2).tolist()
         values: dict[str, Any] = {}
-        for k, quantity in enumerate(QUANTITIES):
-            unit = "_Pa" if quantity == "sigma_mises" else ""
-            largest = float(row[k] + REST[k])
+        for k, (quantity, unit) in enumerate(QUANTITIES.items()):
+            largest = float(maxima[k])
             peak = self.peaks[name].get(quantity, (-np.inf, 0.0))[0]
             if largest - peak > SETTLED * abs(largest - REST[k]):
                 self.peaks[name][quantity] = (largest, t_s)
             values[f"{quantity}_max{unit}"] = largest
-            values[f"{quantity}_max_at_um"] = [float(v) for v in row[4 + 2 * k : 6 + 2 * k]]
+            values[f"{quantity}_max_at_um"] = places[k]
             values[f"{quantity}_max_over_time{unit}"] = self.peaks[name][quantity][0]
             values[f"{quantity}_max_time_s"] = self.peaks[name][quantity][1]
-            values[f"{quantity}_mean{unit}"] = float(row[14 + k] / row[13] + REST[k])
-        values["det_F_min"] = float(row[12])
-        values["area_um2"] = float(row[13]) * self.layout.copies
+            values[f"{quantity}_mean{unit}"] = float(means[k])
+        values["pressure_min_Pa"], values["det_F_min"] = (float(value) for value in row[LOWEST])
+        values["pressure_gradient_max_Pa_per_um"] = float(row[STEEPEST])
+        values["area_um2"] = float(row[AREA]) * self.layout.copies
         return values
 
     def _shares(self) -> dict[str, Any]:
         """The nucleus's part in the cell's deformation, in the paper's sense and in two others."""
         nucleus, cell = self.table["nucleus"], self.table["cell"]
         area, peak, integral = {}, {}, {}
-        for k, name in enumerate(STRAINS, start=1):
-            area[name] = float(100 * (nucleus[14 + k] + REST[k] * nucleus[13]) / cell[13])
+        for k, name in enumerate(QUANTITIES):
+            if name not in STRAINS:
+                continue
+            part, whole = nucleus[INTEGRALS][k], cell[INTEGRALS][k]
+            area[name] = float(100 * (part + REST[k] * nucleus[AREA]) / cell[AREA])
             peak[name] = float(nucleus[k] / cell[k]) if cell[k] else None
-            integral[name] = float(nucleus[14 + k] / cell[14 + k]) if cell[14 + k] else None
+            integral[name] = float(part / whole) if whole else None
         return {"share_of_area_percent": area, "share_of_max": peak, "share_of_integral": integral}
 
     def _shape(self) -> tuple[dict[str, float], float | None]:
@@ -223,11 +246,14 @@ def top_of(pillar: Pillar, x: float) -> float | None:
 
 
 def node_fields(observer: Observer, u: fem.Function) -> dict[str, np.ndarray]:
-    """Point data of the last observed state, one row per node of each owned cell: what `fields` files hold."""
+    """Point data of the last observed state, one row per node of each owned cell: what `fields` files hold.
+
+    The node inside an element, where there is one, is left out: ParaView's triangles have theirs on the edges.
+    """
     samples = observer.samples
-    n = samples.n_max
     dofmap = u.function_space.dofmap
-    dofs = np.array([dofmap.cell_dofs(c) for c in samples.cells], dtype=np.int64).reshape(-1, n)
+    n = min(samples.n_max, 6)
+    dofs = np.array([dofmap.cell_dofs(c)[:n] for c in samples.cells], dtype=np.int64).reshape(-1, n)
     values = samples.values[:, :n]
     return {
         "position": samples.position[:, :n],
@@ -238,4 +264,5 @@ def node_fields(observer: Observer, u: fem.Function) -> dict[str, np.ndarray]:
         "J3": values[..., 3] + REST[3],
         "det_F": values[..., DET_F],
         "pressure_Pa": values[..., PRESSURE],
+        "pressure_gradient_Pa_per_um": np.repeat(observer.gradient.values[:, None], n, axis=1),
     }

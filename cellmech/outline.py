@@ -40,7 +40,7 @@ class Outline:
 
     Args:
         domain: the mesh.
-        space: displacement space, of the mesh's own degree.
+        space: displacement space, on the edges of the mesh's own degree.
         name: facet group; an absent one gives an empty outline.
     """
 
@@ -52,13 +52,13 @@ class Outline:
         mesh.topology.create_connectivity(1, 2)
         mesh.topology.create_connectivity(2, 1)
         to_cell, to_facet = mesh.topology.connectivity(1, 2), mesh.topology.connectivity(2, 1)
+        n_nodes = len(space.dofmap.dof_layout.entity_closure_dofs(1, 0))
         dofs = []
         for facet in facets:
             cell = to_cell.links(facet)[0]
             local = int(np.nonzero(to_facet.links(cell) == facet)[0][0])
             closure = space.dofmap.dof_layout.entity_closure_dofs(1, local)
             dofs.append(space.dofmap.cell_dofs(cell)[closure])
-        n_nodes = space.element.basix_element.degree + 1
         self.dofs = np.array(dofs, dtype=np.int64).reshape(-1, n_nodes)
         self.dofs = self._counter_clockwise(space.tabulate_dof_coordinates()[:, :2])
         self.reference = space.tabulate_dof_coordinates()[self.dofs, :2]

@@ -14,6 +14,7 @@ from cellmech.contact import Contact, Obstacle
 from cellmech.domain import Domain
 from cellmech.kinematics import deformation_gradient, embed, green_lagrange, plane
 from cellmech.materials import Mixture
+from cellmech.mixed import ElementPressure
 
 BULK_DEGREE = 4  # quadrature degree of the bulk terms
 CONTACT_DEGREE = 9  # of the contact terms, whose integrand has a kink inside an element
@@ -34,6 +35,7 @@ class Body:
         density: [Pa s^2/µm^2] when inertia is modelled, None for a quasi-static body.
         amplitude: load factor as a function of time [s], 0 … 1.
         bulk_degree, contact_degree: quadrature degrees.
+        pressure_space: discontinuous functions for the pressure of mixed materials, if there are any.
     """
 
     domain: Domain
@@ -48,6 +50,7 @@ class Body:
     amplitude: Callable[[float], float] = lambda t: 1.0
     bulk_degree: int = BULK_DEGREE
     contact_degree: int = CONTACT_DEGREE
+    pressure_space: fem.FunctionSpace | None = None
 
     @property
     def rate_dependent(self) -> bool:
@@ -79,6 +82,19 @@ class State:
         self.u, self.u_n, self.u_nn = (fem.Function(V) for _ in range(3))
         self.v_n, self.v_nn = (fem.Function(V) for _ in range(2))
         self.ddt = TimeDerivative(V.mesh)
+        self.pressure: ElementPressure | None = None
+        if body.pressure_space is not None:
+            self.pressure = ElementPressure(body.domain, body.mixtures, body.pressure_space, self.u, body.bulk_degree)
+
+    @property
+    def p(self) -> fem.Function | None:
+        """Pressure of the mixed materials, positive in tension [Pa]; of the last `update`."""
+        return None if self.pressure is None else self.pressure.p
+
+    def update(self) -> None:
+        """Bring what follows from the displacement to its present value: the pressure of mixed materials."""
+        if self.pressure is not None:
+            self.pressure.update()
 
     def strain_rate(self) -> Any:
         """dE/dt [1/s], shape (2, 2): BDF acts on the strain itself, so that rotations cause no stress."""
@@ -113,14 +129,14 @@ class State:
 def stored_energy(body: Body, state: State) -> ufl.Form:
     """Sum of c_s W over the body [Pa µm^2]."""
     E = embed(green_lagrange(state.u))
-    return sum(m.solid(E)[0] * body.domain.dx(body.bulk_degree, m.names) for m in body.mixtures)
+    return sum(m.solid(E, state.p)[0] * body.domain.dx(body.bulk_degree, m.names) for m in body.mixtures)
 
 
 def internal_work(body: Body, state: State, w: Any) -> ufl.Form:
     """Virtual work of the solid stress, int P : grad w dV with P = F c_s S_s [Pa µm] (eqs 6, 32)."""
     F, E = deformation_gradient(state.u), embed(green_lagrange(state.u))
     return sum(
-        ufl.inner(F * plane(m.solid(E)[1]), ufl.grad(w)) * body.domain.dx(body.bulk_degree, m.names)
+        ufl.inner(F * plane(m.solid(E, state.p)[1]), ufl.grad(w)) * body.domain.dx(body.bulk_degree, m.names)
         for m in body.mixtures
     )
 
@@ -166,7 +182,10 @@ def load_work(body: Body, w: Any) -> ufl.Form:
 
 
 def equilibrium(body: Body, state: State, amplitude: Any) -> tuple[ufl.Form, ufl.Form]:
-    """Residual R(u; w) of eq. 32 [Pa µm] and its tangent K = dR/du, always by `ufl.derivative`."""
+    """Residual R(u; w) of eq. 32 [Pa µm] and its tangent K = dR/du, always by `ufl.derivative`.
+
+    With mixed materials K is the tangent at fixed pressure; `cellmech.saddle` has the rest.
+    """
     w, du = ufl.TestFunction(body.space), ufl.TrialFunction(body.space)
     R = internal_work(body, state, w) - amplitude * load_work(body, w)
     for resisting in (viscous_work(body, state, w), inertial_work(body, state, w)):

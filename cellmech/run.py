@@ -274,6 +274,7 @@ class Run:
             self._put_in(reached)
         for name, function in self.state.fields(self.body.density is not None).items():
             function.x.array[:] = fields[name]
+        self.state.update()
         self.t, self.last_step_s, self.largest = (numbers[key] for key in ("t", "last_step_s", "largest"))
         self.totals = Totals(**numbers["totals"])
         self.ledger.recall(numbers["ledger"], fields)

@@ -153,6 +153,8 @@ class Mesh(Table):
 
     `contact_size_um` is the size at the contact zone, chosen by the mesh module where it is None; `thin_layers`
     the number of elements across each thin layer. `quadrature_degree` is that of the bulk terms.
+    `pressure` says in which layers the solid's pressure is an unknown of its own, against locking: where it is nearly
+    incompressible, nowhere, or everywhere.
     """
 
     size_um: Length = 0.6
@@ -160,6 +162,7 @@ class Mesh(Table):
     thin_layers: Annotated[int, Whole(1, 8)] = 2
     order: Annotated[int, Whole(1, 2)] = 2
     quadrature_degree: Annotated[int, Whole(1, 20)] = 4
+    pressure: Annotated[Literal["auto", "none", "mixed"], Choice()] = "auto"
 
 
 class Output(Table):

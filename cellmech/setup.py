@@ -19,7 +19,7 @@ from cellmech.disc import Grading
 from cellmech.domain import Domain, build_domain
 from cellmech.energies import LAWS, lame
 from cellmech.errors import SolveError
-from cellmech.forms import displacement_space
+from cellmech.forms import displacement_space, pressure_space
 from cellmech.geometry import DiscSpec
 from cellmech.materials import Material, mixtures
 from cellmech.modes import rigid_modes
@@ -36,6 +36,7 @@ KG_M3 = 1e-12  # kg/m^3 in Pa s^2/µm^2
 M_S2 = 1e6  # m/s^2 in µm/s^2
 
 ZONE_OVER_HERTZ = 1.32  # on Table 1 the contact edge lies at 0.9 of Hertz's half-width, the membrane's peaks beyond it
+MIXED_ABOVE = 0.45  # Poisson's ratio; beyond it P2's largest pressure is off by more than 1 % (benchmarks/locking.py)
 LOAD_STEPS = 20  # reported equilibria of a ramp when nothing depends on rate
 INSIDE_OUT: tuple[LayerName, ...] = tuple(reversed(LAYER_NAMES))
 MERGED: dict[tuple[LayerName, ...], str] = {("nucleoplasm", "lamina"): "nucleus", ("cytosol", "membrane"): "cytoplasm"}
@@ -98,7 +99,19 @@ def material(scene: Scene, name: LayerName) -> Material:
     if law == "yeoh":
         constants["i1_rest"] = 0.0 if cell.yeoh_reference == "printed" else 3.0
     viscosities = (cell.fluid_lambda_Pa_s, cell.fluid_mu_Pa_s) if scene.time.history else (0.0, 0.0)
-    return Material(LAWS[law], constants, layer.fluid_fraction, *viscosities)
+    return Material(LAWS[law], constants, layer.fluid_fraction, *viscosities, mixed=name in mixed_layers(scene))
+
+
+def mixed_layers(scene: Scene) -> frozenset[LayerName]:
+    """Layers whose pressure is an unknown of its own: nearly incompressible ones, unless the scene says otherwise.
+
+    Smeared layers have one pressure, and so one form: all are mixed as soon as one should be. Linear elements have no
+    mixed form here.
+    """
+    if scene.mesh.pressure == "none" or scene.mesh.order == 1:
+        return frozenset()
+    wanted = frozenset(n for n in LAYER_NAMES if scene.layer_poisson(n) > MIXED_ABOVE or scene.mesh.pressure == "mixed")
+    return frozenset(LAYER_NAMES) if wanted and scene.cell.layers == "smeared" else wanted
 
 
 def relaxation_s(scene: Scene) -> float:
@@ -212,7 +225,8 @@ class Setup:
 
     def _body(self) -> tuple[Body, list[Obstacle]]:
         scene, domain = self.scene, self.domain
-        space = displacement_space(domain.mesh, scene.mesh.order)
+        mixed = bool(mixed_layers(scene))
+        space = displacement_space(domain.mesh, scene.mesh.order, bubble=mixed)
         smeared = scene.cell.layers == "smeared"
         layers: dict[str, Material] = {name: material(scene, name) for name in LAYER_NAMES}
         first: dict[str, str] = {merged: pair[0] for pair, merged in MERGED.items()}
@@ -225,13 +239,14 @@ class Setup:
             domain=domain,
             mixtures=mixtures(domain, layers if smeared else groups, blend),
             space=space,
-            bcs=self._symmetry(space),
+            bcs=self.symmetry(space),
             body_force=(0.0, -self.force_density),
             contact=contact,
             density=scene.cell.density_kg_m3 * KG_M3 if scene.cell.inertia else None,
             amplitude=ramp(scene.load.half_ramp_s),
             bulk_degree=scene.mesh.quadrature_degree,
             contact_degree=scene.contact.quadrature_degree,
+            pressure_space=pressure_space(domain.mesh) if mixed else None,
         )
         outline, rest = Outline(domain, space, "outer"), fem.Function(space)
         near = {label: outline.max_depth(rest, [o]) > -width for label, o in self.obstacles.items()}
@@ -239,7 +254,7 @@ class Setup:
         others = [o for label, o in self.obstacles.items() if not near[label]]
         return dataclasses.replace(body, obstacles=reached), others
 
-    def _symmetry(self, space: Any) -> tuple[Any, ...]:
+    def symmetry(self, space: Any) -> tuple[Any, ...]:
         """u_x = 0 on the axis of a half cell."""
         if not self.half:
             return ()

@@ -16,6 +16,7 @@ from cellmech.det_f import DetFWatch
 from cellmech.forms import compile_form
 from cellmech.modes import BorderedLU, RigidModes
 from cellmech.residual import Body, State, equilibrium, load_work
+from cellmech.saddle import Elimination, Saddle
 
 ROUND_OFF = 1e-13  # share of the force scale that residuals are never asked to go below
 STALLED = 1e-10  # share of the force scale at which a stalled line search has met round-off, not trouble
@@ -64,7 +65,10 @@ class Solver:
         self.amplitude = fem.Constant(body.domain.mesh, 0.0)
         R, K = equilibrium(body, state, self.amplitude)
         self._R, self._K = compile_form(R, self.comm), compile_form(K, self.comm)
-        self._A, self._b = petsc.create_matrix(self._K), petsc.create_vector(self._R)
+        self._A, self._r = petsc.create_matrix(self._K), petsc.create_vector(self._R)
+        self._u = self._r.duplicate()
+        self._saddle = None if state.pressure is None else Saddle(state.pressure, self._A)
+        self._b = self._r if self._saddle is None else self._saddle.vector()
         self._x = self._b.duplicate()
         self._watch = DetFWatch(body, state)
         self.factorisations, self._keep, self._stale, self._norm = 0, False, False, np.inf
@@ -84,10 +88,16 @@ class Solver:
         snes = PETSc.SNES().create(self.comm)
         snes.setOptionsPrefix(prefix)
         snes.setFunction(self._residual, self._b)
-        snes.setJacobian(self._tangent, self._A)
+        snes.setJacobian(self._tangent, self._A if self._saddle is None else self._saddle.operator)
         ksp = snes.getKSP()
         ksp.setType("preonly")
         pc = ksp.getPC()
+        if self._saddle is not None:
+            inner = PETSc.PC().create(self.comm)
+            inner.setOptionsPrefix(prefix)
+            pc.setType("python")
+            pc.setPythonContext(Elimination(self._saddle, inner))
+            pc = inner
         if self.modes is None:
             pc.setType("lu")
             pc.setFactorSolverType("mumps")
@@ -100,19 +110,22 @@ class Solver:
         return snes
 
     def _residual(self, snes: PETSc.SNES, x: PETSc.Vec, b: PETSc.Vec) -> None:
-        self._set_displacement(x)
-        with b.localForm() as local:
+        self._set_unknowns(x)
+        r = b if self._saddle is None else self._r
+        with r.localForm() as local:
             local.set(0.0)
         if not self._watch.admissible():
             b.set(np.nan)
             return
-        petsc.assemble_vector(b, self._R)
-        b.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
-        petsc.set_bc(b, list(self.body.bcs), x, -1.0)
+        petsc.assemble_vector(r, self._R)
+        r.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
+        petsc.set_bc(r, list(self.body.bcs), self._u, -1.0)
         if self.modes is not None:
-            self.modes.project(b)
+            self.modes.project(r)
+        if self._saddle is not None:
+            self._saddle.join(r, b)
 
-    def _tangent(self, snes: PETSc.SNES, x: PETSc.Vec, A: PETSc.Mat, P: PETSc.Mat) -> None:
+    def _tangent(self, snes: PETSc.SNES, x: PETSc.Vec, operator: PETSc.Mat, P: PETSc.Mat) -> None:
         """Assemble the tangent, or leave the last one, and with it its factorisation, while it still serves."""
         norm = snes.getFunctionNorm()
         serves = self._thrifty and (snes.getIterationNumber() == 0 or norm < KEEP_RATE * self._norm)
@@ -121,9 +134,12 @@ class Solver:
             self._stale = True
             return
         self._keep, self._stale = True, False
+        A = self._A
         A.zeroEntries()
         petsc.assemble_matrix(A, self._K, list(self.body.bcs))
         A.assemble()
+        if self._saddle is not None:
+            self._saddle.condense(self.body.bcs)
         if self.modes is not None:
             diagonal = A.getDiagonal()
             self._bordered.stiffness = diagonal.norm(PETSc.NormType.NORM_INFINITY)
@@ -147,28 +163,41 @@ class Solver:
     def close(self) -> None:
         """Free what PETSc holds: its SNES and this object refer to each other, which no garbage collector sees."""
         self._snes.getKSP().getPC().reset()
-        for held in (self._snes, self._A, self._b, self._x):
+        for held in (self._snes, self._A, self._r, self._u, self._b, self._x):
             held.destroy()
+        if self._saddle is not None:
+            self._saddle.close()
 
-    def _set_displacement(self, x: PETSc.Vec) -> None:
+    def _set_unknowns(self, x: PETSc.Vec) -> None:
         owned = x.getArray(readonly=True)
-        self.state.u.x.array[: len(owned)] = owned
+        n = self._u.getLocalSize()
+        self._u.setArray(owned[:n])
+        self.state.u.x.array[:n] = owned[:n]
         self.state.u.x.scatter_forward()
+        if self.state.pressure is not None:
+            self.state.pressure.values[:] = owned[n:]
+            self.state.pressure.p.x.scatter_forward()
+
+    def _unknowns(self) -> np.ndarray:
+        """This rank's unknowns as the state has them, boundary data put in."""
+        self._u.setArray(self.state.u.x.array[: self._u.getLocalSize()])
+        petsc.set_bc(self._u, list(self.body.bcs))
+        pressure = self.state.pressure
+        return np.concatenate([self._u.getArray(), [] if pressure is None else pressure.values])
 
     def solve(self, amplitude: float) -> Outcome:
         """Solve at this load amplitude [-], from `state.u` as first guess; `state.u` is the solution afterwards.
 
-        When the solve fails `state.u` is of no use: the caller restores it.
+        When the solve fails `state.u` is of no use: the caller restores it. A pressure is as before then.
         """
         self.amplitude.value = amplitude
         before, iterations = self.factorisations, 0
         load = abs(amplitude) * self._load_norm if self._load_norm else self._force_scale
         atol = max(self._tolerance * load, ROUND_OFF * self._force_scale)
         self._snes.setTolerances(rtol=0.0, atol=atol, stol=0.0, max_it=MAX_ITERATIONS)
-        guess = self.state.u.x.array[: self._x.getLocalSize()].copy()
+        guess = self._unknowns()
         for self._thrifty in (True, False):  # where kept tangents fail, again with a new one at every iteration
-            self._x.array[:] = guess
-            petsc.set_bc(self._x, list(self.body.bcs))
+            self._x.setArray(guess)
             self._watch.worst, self._stale = None, False
             self._snes.solve(None, self._x)
             iterations += self._snes.getIterationNumber()
@@ -178,8 +207,12 @@ class Solver:
                 break
         if not converged:
             self.rebuild()
-        self._set_displacement(self._x)
+        self._set_unknowns(self._x)
         converged = converged and self._watch.admissible()
+        if converged:
+            self.state.update()
+        elif self.state.pressure is not None:
+            self.state.pressure.values[:] = guess[self._u.getLocalSize() :]
         return Outcome(
             converged=converged,
             iterations=iterations,

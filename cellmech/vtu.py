@@ -17,8 +17,8 @@ VTK_ORDER = {3: [0, 1, 2], 6: [0, 1, 2, 5, 3, 4]}  # of an element's nodes: VTK 
 def write_fields(folder: CaseFolder, observer: Observer, t_s: float, series: list[tuple[float, str]]) -> None:
     """Write the last observed state to `fields_<n>.vtu` and list all files so far in `fields.pvd`.
 
-    Point data displacement_um, sigma_mises_Pa, J1, J2, J3, det_F, pressure_Pa on the reference positions; cell data
-    layer (`LAYER_CODES`). Collective on the run's communicator.
+    Point data displacement_um, sigma_mises_Pa, J1, J2, J3, det_F, pressure_Pa, pressure_gradient_Pa_per_um on the
+    reference positions; cell data layer (`LAYER_CODES`). Collective on the run's communicator.
 
     Args:
         folder: of the case.

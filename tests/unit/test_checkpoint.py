@@ -19,6 +19,7 @@ SCENES = {
         "load": {"factor": 8.0},
     },
     "solid": {"layer": {name: {"fluid_fraction": 0.0} for name in ("membrane", "cytosol", "lamina", "nucleoplasm")}},
+    "mixed": {"cell": {"poisson": 0.499}},
     "full": {"cell": {"shape": "full"}, "mesh": {"size_um": 3.0}},
 }
 
