@@ -179,10 +179,12 @@ def test_maxima_are_found_at_the_nodes_where_they_are(observers):
     result = bend(observers["half"])
     for region, radius in (("nucleoplasm", 4.9), ("nucleus", 5.0), ("cytosol", 9.5), ("membrane", 10.0)):
         row, stretch = result[region], 1 + 2 * 0.02 * radius
-        np.testing.assert_allclose(row["J1_max_at_um"], [0.0, CENTRE[1] + radius], rtol=0, atol=1e-9)
-        assert row["J1_max"] - 2 == pytest.approx(stretch**2 - 1, rel=2e-3)
-        assert row["J3_max"] - 1 == pytest.approx(stretch**2 - 1, rel=2e-3)
-    assert result["cell"]["det_F_min"] == pytest.approx(1 - 2 * 0.02 * 10, rel=2e-3)
+        x, y = row["J1_max_at_um"]
+        assert abs(x) < 1e-9  # on the axis, where there are nodes but no quadrature points
+        assert y == pytest.approx(CENTRE[1] + radius, abs=0.06)  # curved elements interpolate u: next node at most
+        assert row["J1_max"] - 2 == pytest.approx(stretch**2 - 1, rel=1e-2)
+        assert row["J3_max"] - 1 == pytest.approx(stretch**2 - 1, rel=1e-2)
+    assert result["cell"]["det_F_min"] == pytest.approx(1 - 2 * 0.02 * 10, rel=1e-2)
 
 
 def test_maximum_over_time_keeps_the_largest_and_its_time():
@@ -269,7 +271,7 @@ def test_field_file_has_every_element_as_it_is(observers, tmp_path):
     grid = reader.GetOutput()
     X = vtk_to_numpy(grid.GetPoints().GetData())[:, :2].reshape(-1, 6, 2)
     data = {name: vtk_to_numpy(grid.GetPointData().GetArray(name)) for name in ("displacement_um", "sigma_mises_Pa")}
-    layer, r = vtk_to_numpy(grid.GetCellData().GetArray("layer")), np.linalg.norm(X.mean(axis=1) - CENTRE, axis=-1)
+    layer, r = vtk_to_numpy(grid.GetCellData().GetArray("layer")), np.linalg.norm(X - CENTRE, axis=-1).mean(axis=1)
     assert len(X) == observer.run.body.domain.mesh.topology.index_map(2).size_local
     for middle, (a, b) in zip((3, 4, 5), ((0, 1), (1, 2), (2, 0)), strict=True):  # of VTK's quadratic triangle
         edge = np.linalg.norm(X[:, a] - X[:, b], axis=-1)
@@ -278,7 +280,7 @@ def test_field_file_has_every_element_as_it_is(observers, tmp_path):
     np.testing.assert_allclose(data["displacement_um"].reshape(-1, 6, 3)[..., :2], u, rtol=0, atol=1e-9)
     for code, (name, outer) in enumerate(RADII.items()):
         inner = (0.0, *RADII.values())[code]
-        assert np.all((r[layer == code] > inner - 0.05) & (r[layer == code] < outer))
+        assert np.all((r[layer == code] > inner) & (r[layer == code] < outer))
         mises = data["sigma_mises_Pa"].reshape(-1, 6)[layer == code]
         np.testing.assert_allclose(mises, mises_by_hand(name, SHEARED, BEFORE), rtol=1e-9)
 
