@@ -30,6 +30,7 @@ FLUID = {"fluid_lambda": 40.0, "fluid_mu": 7.0}
 SOLIDS = {"nucleoplasm": (10.0, 0.3), "lamina": (1000.0, 0.6), "cytosol": (12.0, 0.5), "membrane": (100.0, 0.2)}
 LAW = {name: "saint-venant" if name == "lamina" else "neo-hookean" for name in RADII}
 PILLAR = Pillar(0.0, -10.0, 10.0, 9.5)
+MERGED_YOUNG = {"nucleus": 1000.0, "cytoplasm": 10.0}
 STEP_S = 0.5
 
 
@@ -41,7 +42,7 @@ def observer_of(shape="half", apart=True, obstacles=(), contact=None):
     materials = (
         {name: wet(LAW[name], young, fluid_fraction=share, **FLUID) for name, (young, share) in SOLIDS.items()}
         if apart
-        else {name: solid() for name, _ in interfaces}
+        else {name: solid(young=MERGED_YOUNG[name]) for name, _ in interfaces}
     )
     body = Body(domain, mixtures(domain, materials), space, contact=contact, obstacles=obstacles)
     inner = dict(zip(RADII, (0.0, *RADII.values()), strict=False))
@@ -208,6 +209,17 @@ def test_layers_that_are_not_meshed_apart_are_reported_by_their_rings():
         assert result[region]["J1_max"] - 2 == pytest.approx(stretch**2 - 1, rel=0.02)
         x, y = result[region]["J1_max_at_um"]
         assert np.hypot(x, y - CENTRE[1]) <= outer * (1 + 1e-6)
+
+
+def test_stress_of_a_ring_is_of_its_own_side_of_the_nucleus_outline():
+    """A point on the outline belongs to elements of both sides, a hundred times as stiff on one."""
+    result = deform(observer_of(apart=False), SHEARED)
+    nucleus, cytosol = (result[name]["sigma_mises_mean_Pa"] for name in ("nucleus", "cytosol"))
+    assert nucleus == pytest.approx(100 * cytosol, rel=1e-9)
+    for name in ("nucleoplasm", "lamina", "cytosol", "membrane"):
+        expected = nucleus if name in ("nucleoplasm", "lamina") else cytosol
+        for kind in ("max", "mean"):
+            assert result[name][f"sigma_mises_{kind}_Pa"] == pytest.approx(expected, rel=1e-9), (name, kind)
 
 
 @pytest.mark.parametrize("shape", ["half", "full"])
