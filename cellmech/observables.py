@@ -113,10 +113,22 @@ class Observer:
         ring = self.layout.regions[name]
         r = np.linalg.norm(self._fine.position - np.array(self.layout.centre), axis=-1).ravel()
         slack = 1e-6 * ring.outer_um
-        index = np.flatnonzero((r >= ring.inner_um - slack) & (r <= ring.outer_um + slack))
+        inside = (r >= ring.inner_um - slack) & (r <= ring.outer_um + slack) & self._on_the_side_of(ring).ravel()
+        index = np.flatnonzero(inside)
         covered = self.comm.allreduce(float(self._fine.area.reshape(-1)[index].sum()))
         true = np.pi * (ring.outer_um**2 - ring.inner_um**2) / self.layout.copies
         return Region(self._fine, self.gradient, index, index, true / covered)
+
+    def _on_the_side_of(self, ring: Ring) -> np.ndarray:
+        """Whether points' elements lie on the ring's side of the nucleus outline, which is always an interface.
+
+        A point on the outline belongs to elements of both sides, whose materials may differ.
+        """
+        assert self._fine is not None
+        r = np.linalg.norm(self._fine.position - np.array(self.layout.centre), axis=-1)
+        nucleus_um = self.layout.regions["nucleus"].outer_um
+        within = r.mean(axis=1, keepdims=True) < nucleus_um
+        return np.broadcast_to(within == (ring.outer_um <= nucleus_um), r.shape)
 
     def _pole(self, sign: float) -> np.ndarray:
         """The owned dof of the nucleus outline's bottom (-1) or top (1) point on the axis, empty on other ranks."""

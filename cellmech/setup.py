@@ -283,7 +283,7 @@ class Setup:
         if self.weight < 0:
             raise SolveError("floats: the medium is denser than the cell, no equilibrium without inertia")
         touch = self.place.touch
-        if not self.half and not self.free_sideways and len(touch) == 1 and abs(touch[0].normal[0]) > 1e-9:
+        if not self.half and not self.mirror_symmetric and len(touch) == 1 and abs(touch[0].normal[0]) > 1e-9:
             raise SolveError(
                 f"slides: no equilibrium; the only touch is on a slope (x = {touch[0].x_um:.4g} um, normal tilted by "
                 f"{math.degrees(math.asin(touch[0].normal[0])):.3g} degrees) and contact is frictionless"

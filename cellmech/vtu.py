@@ -32,7 +32,7 @@ def write_fields(folder: CaseFolder, observer: Observer, t_s: float, series: lis
     if parts is None:
         return
     data = {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
-    data["layer"] = _layers(observer, data["position"].mean(axis=1))
+    data["layer"] = _layers(observer, data["position"])
     with folder.replace_with(name) as path:
         _write_vtu(path, data)
     rows = "".join(f'<DataSet timestep="{t!r}" file="{file}"/>' for t, file in series)
@@ -40,8 +40,9 @@ def write_fields(folder: CaseFolder, observer: Observer, t_s: float, series: lis
     folder.write_text("fields.pvd", f'<?xml version="1.0"?>\n{header}<Collection>{rows}</Collection></VTKFile>\n')
 
 
-def _layers(observer: Observer, centroids: np.ndarray) -> np.ndarray:
-    r = np.linalg.norm(centroids - np.array(observer.layout.centre), axis=-1)
+def _layers(observer: Observer, nodes: np.ndarray) -> np.ndarray:
+    """By the mean radius of an element's nodes: the centroid of a long curved one lies below its own layer."""
+    r = np.linalg.norm(nodes - np.array(observer.layout.centre), axis=-1).mean(axis=1)
     codes = np.full(len(r), LAYER_CODES["membrane"], dtype=np.int32)
     for name in ("cytosol", "lamina", "nucleoplasm"):
         codes[r < observer.layout.regions[name].outer_um] = LAYER_CODES[name]
