@@ -44,7 +44,7 @@ unexport PYTHONPATH PYTHONHOME PETSC_DIR PETSC_ARCH SLEPC_DIR
 .NOTPARALLEL:
 .PHONY: help setup study test paper paper-runs taken-over figures-smoke compare report audit calibrate calibrated
 .PHONY: fig1 fig2 fig3 fig4 fig5 fig6 fig7 table1 table2 table3 table-fig2 lint check bench clean
-.PHONY: verify second-code mutants needs locking
+.PHONY: verify accuracy defaults second-code mutants needs locking
 MAKEFLAGS += --no-print-directory
 # A case that failed fails its study, and the figures that show the others and say so. So where goals follow each other
 # here, --keep-going tries them all, and then make fails.
@@ -133,6 +133,12 @@ check: lint test ## lint, then the tests
 
 bench: setup ## speed against a plain FEniCSx script
 	$(PYTHON) benchmarks/speed.py $(ARGS)
+
+accuracy: setup ## the error of every number of the four laws and of S1-S3, from refined runs
+	$(STUDY) studies/fig2.toml studies/fig7.toml --out $(RESULTS) --accuracy $(WITH)
+
+defaults: setup ## error against cost of other meshes, smoothings and quadratures than the default
+	$(PYTHON) benchmarks/accuracy.py --out $(RESULTS)/defaults $(ARGS)
 
 second-code: setup ## the settled cell by a second finite-element code (installs NGSolve into .venv), compared
 	@$(PYTHON) -c 'import ngsolve' 2>/dev/null || $(PYTHON) -m pip install --quiet --no-input \

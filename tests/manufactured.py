@@ -1,12 +1,11 @@
-"""A ring of curved triangles whose body force makes a displacement of our choosing the solution."""
-
-from dataclasses import replace
+"""A displacement of our choosing, made the solution by its body force; the stresses are written from the paper."""
 
 import numpy as np
 import ufl
 from dolfinx import fem
-from problems import curved_ring, displacement_space, domain_of, moduli, prescribe, solid
+from problems import displacement_space, moduli, prescribe
 
+from cellmech import bdf
 from cellmech.materials import mixtures
 from cellmech.residual import Body, State
 from cellmech.snes import Solver
@@ -14,50 +13,64 @@ from cellmech.snes import Solver
 YOUNG, POISSON = 10.0, 0.3
 
 
-def manufactured(x):
+def manufactured(x, y, sin, cos):
     """A displacement whose gradient reaches some 0.4."""
-    return ufl.as_vector(
-        [0.15 * ufl.sin(1.5 * x[1]) + 0.1 * x[0] * x[1], 0.12 * ufl.cos(1.5 * x[0]) - 0.05 * x[1] ** 2]
-    )
+    return [0.15 * sin(1.5 * y) + 0.1 * x * y, 0.12 * cos(1.5 * x) - 0.05 * y**2]
 
 
-def piola(law, u, constants):
-    """First Piola-Kirchhoff stress written from the paper, not from the package (eqs 17, 18)."""
-    lmbda, mu = constants["lmbda"], constants["mu"]
-    F = ufl.Identity(2) + ufl.grad(u)
-    if law == "saint-venant":
-        E = (F.T * F - ufl.Identity(2)) / 2
-        return F * (lmbda * ufl.tr(E) * ufl.Identity(2) + 2 * mu * E)
-    F_inv_T = ufl.inv(F).T
-    return mu * (F - F_inv_T) + lmbda * ufl.ln(ufl.det(F)) * F_inv_T
+def symbolic(mesh):
+    return ufl.as_vector(manufactured(*ufl.SpatialCoordinate(mesh), ufl.sin, ufl.cos))
 
 
-def ring(n):
-    """n rows of curved triangles, alike for every n: structured, because the layers are thinner than the elements."""
-    rows = curved_ring(1.05 / n, 1.0, [(f"row {k}", 1.0 + k / n) for k in range(1, n + 1)])
-    return replace(rows, **{field: getattr(domain_of(rows.mesh), field) for field in ("cell_tags", "cells")})
-
-
-def solved(law, n):
-    """The body, its solved state and the law's constants."""
-    domain = ring(n)
-    space = displacement_space(domain)
-    constants = moduli(law, YOUNG, POISSON)
-    exact = manufactured(ufl.SpatialCoordinate(domain.mesh))
-    boundary = fem.Function(space)
+def nodal(space):
     X = space.tabulate_dof_coordinates()
-    x, y = X[:, 0], X[:, 1]
-    boundary.x.array[0::2] = 0.15 * np.sin(1.5 * y) + 0.1 * x * y
-    boundary.x.array[1::2] = 0.12 * np.cos(1.5 * x) - 0.05 * y**2
-    body = Body(
+    return np.stack(manufactured(X[:, 0], X[:, 1], np.sin, np.cos), axis=1).ravel()
+
+
+def solid_piola(law, F, poisson=POISSON):
+    """First Piola-Kirchhoff stress in the plane (eqs 17-20); the 3-D invariants of C3 = diag(C, 1)."""
+    constants = moduli(law, YOUNG, poisson)
+    lmbda, mu = constants["lmbda"], constants["mu"]
+    eye, C = ufl.Identity(2), F.T * F
+    C_inv, ln_J = ufl.inv(C), ufl.ln(ufl.det(F))
+    if law == "saint-venant":
+        E = (C - eye) / 2
+        return F * (lmbda * ufl.tr(E) * eye + 2 * mu * E)
+    if law == "neo-hookean":
+        return F * (mu * (eye - C_inv) + lmbda * ln_J * C_inv)
+    beta, third = constants["beta"], 1 / 3
+    alpha, I1, I3 = mu / 2 - beta, ufl.tr(C) + 1, ufl.det(C)
+    S = 2 * alpha * (eye - I3**third * C_inv) + 2 * beta * (I1 * eye - C - 2 * I3 ** (2 * third) * C_inv)
+    S += (lmbda + 2 * mu / 3) * ln_J * C_inv
+    if law == "yeoh":
+        S += 2 * (-alpha / 2 * (I1 - 3) + alpha / 10 * (I1 - 3) ** 2) * eye
+    return F * S
+
+
+def body_with(domain, material, P, free=(), **more):
+    """The body that P keeps in balance, its displacement given on all sides but the free ones."""
+    space = displacement_space(domain)
+    boundary = fem.Function(space)
+    boundary.x.array[:] = nodal(space)
+    held = tuple(side for side in domain.facets if side not in free)
+    return Body(
         domain,
-        mixtures(domain, {"solid": solid(law, YOUNG, POISSON)}),
+        mixtures(domain, {"solid": material}),
         space,
-        (prescribe(space, domain, tuple(domain.facets), boundary),),
-        body_force=-ufl.div(piola(law, exact, constants)),
+        (prescribe(space, domain, held, boundary),),
+        body_force=-ufl.div(P),
+        **more,
     )
+
+
+def solved(body, history=()):
+    """The solved state of a body; `history` are shares of the displacement at the two times before."""
     state = State(body)
-    state.u.x.array[:] = boundary.x.array
+    state.u.x.array[:] = nodal(body.space)
+    if history:
+        state.ddt.set(bdf.coefficients([1.0, 1.0]))
+        for function, share in zip((state.u_n, state.u_nn), history, strict=True):
+            function.x.array[:] = share * nodal(body.space)
     outcome = Solver(body, state, YOUNG, tolerance=1e-12).solve(1.0)
     assert outcome.converged, outcome.reason
-    return body, state, constants
+    return state

@@ -7,53 +7,15 @@ import numpy as np
 import pytest
 import ufl
 from dolfinx import fem
-from problems import LAW_NAMES, displacement_space, moduli, prescribe, rows_ring, solid, wet
+from manufactured import POISSON, YOUNG, body_with, solid_piola, solved, symbolic
+from problems import LAW_NAMES, rows_ring, solid, wet
 
-from cellmech import bdf
 from cellmech.contact import Contact, Flat
 from cellmech.forms import PointValues, compile_form
-from cellmech.materials import mixtures
-from cellmech.residual import Body, State
-from cellmech.snes import Solver
 
-YOUNG, POISSON = 10.0, 0.3
 SHARE, LMBDA_F, MU_F = 0.4, 6.0, 3.0  # of the wet solid
 KAPPA, SMOOTHING, FLAT = 2.0, 0.1, Flat(3.0)  # of the contact; the whole ring lies inside the flat
 ORDERS = {"L2": 3.0, "H1": 2.0}
-
-
-def manufactured(x, y, sin, cos):
-    """A displacement whose gradient reaches some 0.4."""
-    return [0.15 * sin(1.5 * y) + 0.1 * x * y, 0.12 * cos(1.5 * x) - 0.05 * y**2]
-
-
-def symbolic(mesh):
-    return ufl.as_vector(manufactured(*ufl.SpatialCoordinate(mesh), ufl.sin, ufl.cos))
-
-
-def nodal(space):
-    X = space.tabulate_dof_coordinates()
-    return np.stack(manufactured(X[:, 0], X[:, 1], np.sin, np.cos), axis=1).ravel()
-
-
-def solid_piola(law, F):
-    """First Piola-Kirchhoff stress in the plane (eqs 17-20); the 3-D invariants of C3 = diag(C, 1)."""
-    constants = moduli(law, YOUNG, POISSON)
-    lmbda, mu = constants["lmbda"], constants["mu"]
-    eye, C = ufl.Identity(2), F.T * F
-    C_inv, ln_J = ufl.inv(C), ufl.ln(ufl.det(F))
-    if law == "saint-venant":
-        E = (C - eye) / 2
-        return F * (lmbda * ufl.tr(E) * eye + 2 * mu * E)
-    if law == "neo-hookean":
-        return F * (mu * (eye - C_inv) + lmbda * ln_J * C_inv)
-    beta, third = constants["beta"], 1 / 3
-    alpha, I1, I3 = mu / 2 - beta, ufl.tr(C) + 1, ufl.det(C)
-    S = 2 * alpha * (eye - I3**third * C_inv) + 2 * beta * (I1 * eye - C - 2 * I3 ** (2 * third) * C_inv)
-    S += (lmbda + 2 * mu / 3) * ln_J * C_inv
-    if law == "yeoh":
-        S += 2 * (-alpha / 2 * (I1 - 3) + alpha / 10 * (I1 - 3) ** 2) * eye
-    return F * S
 
 
 def fluid_piola(F, F_dot):
@@ -64,34 +26,10 @@ def fluid_piola(F, F_dot):
 
 
 def errors(body, history=()):
-    """L2 error and H1-seminorm error of the solution on one mesh; `history` are shares of u at the two times before."""
-    state, exact = State(body), symbolic(body.domain.mesh)
-    state.u.x.array[:] = nodal(body.space)
-    if history:
-        state.ddt.set(bdf.coefficients([1.0, 1.0]))
-        for function, share in zip((state.u_n, state.u_nn), history, strict=True):
-            function.x.array[:] = share * nodal(body.space)
-    outcome = Solver(body, state, YOUNG, tolerance=1e-12).solve(1.0)
-    assert outcome.converged, outcome.reason
-    gap = state.u - exact
+    """L2 error and H1-seminorm error of the solution on one mesh; `history` as for `solved`."""
+    gap = solved(body, history).u - symbolic(body.domain.mesh)
     norms = ufl.inner(gap, gap), ufl.inner(ufl.grad(gap), ufl.grad(gap))
     return [np.sqrt(fem.assemble_scalar(compile_form(m * body.domain.dx(8), body.domain.mesh.comm))) for m in norms]
-
-
-def body_with(domain, material, P, free=(), **more):
-    """The body that P keeps in balance, its displacement given on all sides but the free ones."""
-    space = displacement_space(domain)
-    boundary = fem.Function(space)
-    boundary.x.array[:] = nodal(space)
-    held = tuple(side for side in domain.facets if side not in free)
-    return Body(
-        domain,
-        mixtures(domain, {"solid": material}),
-        space,
-        (prescribe(space, domain, held, boundary),),
-        body_force=-ufl.div(P),
-        **more,
-    )
 
 
 def state_orders(ladder, case, found):
