@@ -36,7 +36,7 @@ def solve(body, guess=None, tolerance=1e-11):
 
 def test_affine_boundary_data_and_constant_pressure_are_reproduced_to_round_off():
     """At a volume change that makes the pressure a thousand times the shear modulus."""
-    domain = layered_disc(size_um=1.5, thin_layers=1)
+    domain = layered_disc(size_um=1.5)
     space = forms.displacement_space(domain.mesh, 2, bubble=True)
     exact = fem.Function(space)
     H = np.array([[0.15, 0.3], [-0.1, -0.2]])
@@ -48,7 +48,7 @@ def test_affine_boundary_data_and_constant_pressure_are_reproduced_to_round_off(
         (prescribe(space, domain, ("outer", "axis"), exact),),
         pressure_space=forms.pressure_space(domain.mesh),
     )
-    noise = 1e-3 * np.random.default_rng(6).uniform(-1, 1, len(exact.x.array))
+    noise = 1e-4 * np.random.default_rng(6).uniform(-1, 1, len(exact.x.array))
     state = solve(body, exact.x.array + noise)
     assert np.abs(state.u.x.array - exact.x.array).max() < 1e-10
     lmbda = moduli("neo-hookean", YOUNG, 0.499)["lmbda"]
