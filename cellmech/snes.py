@@ -21,6 +21,7 @@ ROUND_OFF = 1e-13  # share of the force scale that residuals are never asked to 
 STALLED = 1e-10  # share of the force scale at which a residual that stays has met round-off, not trouble
 LARGEST_NOISE = 1e-7  # the same where the tangent is so stiff that round-off reaches further
 STALL_RATE = 0.5  # a residual that a new tangent reduces by less than this factor stays
+CRUSHED = 1e-3  # det F at and below which a solution is none: no continuum, and its stresses lose all digits
 MAX_ITERATIONS = 30
 # Ways to try a solve: whether tangents are kept, and PETSc's line search. Full steps first: the residual's norm judges
 # them badly, for a motion of what is soft (or a contact that sets in) shakes what is stiff before it settles.
@@ -215,7 +216,7 @@ class Solver:
         if not converged:
             self.rebuild()
         self._set_displacement(self._x)
-        converged = converged and self._watch.admissible()
+        converged = converged and self._watch.admissible(CRUSHED)
         return Outcome(
             converged=converged,
             iterations=iterations,
@@ -231,6 +232,8 @@ class Solver:
         if self._watch.worst is not None:
             value, x, y = self._watch.worst
             where = f"det F = {value:.2g} at reference x = {x:.3g}, y = {y:.3g} um"
+            if value > 0:
+                return f"material is crushed to nothing ({where})"
             return f"material turns inside out on the way ({where})"
         if reason == PETSc.SNES.ConvergedReason.DIVERGED_MAX_IT:
             return f"no equilibrium found in {MAX_ITERATIONS} Newton iterations"

@@ -97,7 +97,7 @@ class TimeSteps:
         """Put on a load that is there at once, bit by bit, within one short step.
 
         Contact does not resist before it is pressed, so at the very start the displacement jumps: no step is so short
-        that its error is small. This one's is not controlled; the history that later steps are judged by begins with it.
+        that its error is small. This one's is not controlled; the history by which later steps are judged begins after.
         """
         run, rest = self.run, Equilibrium(0.0, self.history.values[0], at_rest=True)
         h = PUT_ON * run.schedule.end_s
@@ -153,7 +153,7 @@ class TimeSteps:
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """Of a body without memory, or of one step in time: a load amplitude [-], its displacement [µm], and whether at rest.
+    """Of a body without memory, or at the end of a step: load amplitude [-], displacement [µm], whether it is at rest.
 
     The next one is sought from it as it is. A secant through two of them is a worse guess: a contact that grows is no
     smooth function of the load, and extrapolated depths are off by more than they change (benchmarks/README.md).
@@ -192,7 +192,7 @@ def follow(
             run.totals.failed_solves += 1
             run.log(f"load amplitude {aim:.6g}: {outcome.reason}; load step halved")
             increment = (aim - here.amplitude) / 2
-        if reaches and outcome.converged or abs(increment) < smallest:
+        if (reaches and outcome.converged) or abs(increment) < smallest:
             run.u[:] = here.u
             return here, dataclasses.replace(outcome, iterations=iterations, factorisations=factorisations)
 
