@@ -25,6 +25,8 @@ SOLVED = "solved"
 # Cases that must stop, and what their reason must say; all others must be solved.
 STOPS = {
     "02 collapse": r"no equilibrium beyond .*load amplitude (?P<amplitude>[\d.]+): .*det F",
+    # its stress at rest pulls the cell together, off the pillar, before there is a load to hold it
+    "08 yeoh as printed with history": r"no equilibrium beyond ",
     "08 yeoh x 200": r"no equilibrium beyond .*: .*det F.*unbounded below",
     "13 full on an edge": r"slides: no equilibrium",
 }

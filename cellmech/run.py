@@ -259,9 +259,9 @@ class Run:
         self.ledger.add_step(amplitude)
         return Step(t, h, amplitude, outcome.iterations, error)
 
-    def no_way_on(self, reason: str, amplitude: float) -> str:
-        """The message of a failure."""
-        return f"no equilibrium beyond t = {self.t:.6g} s, load amplitude {amplitude:.6g}: {reason}"
+    def no_way_on(self, reason: str, amplitude: float, t: float | None = None) -> str:
+        """The message of a failure, at the present time or t [s]."""
+        return f"no equilibrium beyond t = {self.t if t is None else t:.6g} s, load amplitude {amplitude:.6g}: {reason}"
 
     def memory(self) -> Memory:
         """All that decides how the run goes on after the last accepted step."""

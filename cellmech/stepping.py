@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from scipy.optimize import brentq
 
 from cellmech import bdf
 from cellmech.errors import SolveError
@@ -203,6 +204,7 @@ class LoadSteps:
     def __init__(self, run: Run) -> None:
         self.run = run
         self.last = Equilibrium(0.0, run.u.copy(), at_rest=True)
+        self.stuck = ""  # why there is no way on from the last equilibrium
 
     def advance(self) -> Step:
         """Go to the next time that is asked for.
@@ -211,25 +213,38 @@ class LoadSteps:
             SolveError: no way on; the state is the last equilibrium.
         """
         run = self.run
+        if self.stuck:
+            raise SolveError(self.stuck)
         if run.totals.steps:
             run.state.rest()
         t, start = run.schedule.next_load_step(run.t), self.last
         outcome = self._follow(start, run.body.amplitude(t))
         while run.reaches_more():
             outcome = self._follow(start, run.body.amplitude(t))
+        t = self._time_of(t)
+        if not outcome.converged:
+            self.stuck = run.no_way_on(outcome.reason, self.last.amplitude, t)
+            if t <= run.t:
+                raise SolveError(self.stuck)
         return run.accept(t, t - run.t, outcome, None)
+
+    def _time_of(self, end: float) -> float:
+        """When the load is that of the last equilibrium [s], between now and `end`; now where it is there at once."""
+        run, here = self.run, self.last.amplitude
+        now = run.body.amplitude(run.t)
+        if run.body.amplitude(end) == here:
+            return end
+        return run.t if now >= here else float(brentq(lambda t: run.body.amplitude(t) - here, run.t, end))
 
     def _follow(self, start: Equilibrium, target: float) -> Outcome:
         run, whole = self.run, target - start.amplitude
         first = whole * FIRST_LOAD if start.at_rest and not run.schedule.load_steps else whole
         self.last, outcome = follow(run, start, target, first, SMALLEST_LOAD_STEP)
-        if not outcome.converged:
-            raise SolveError(run.no_way_on(outcome.reason, self.last.amplitude))
         return outcome
 
     def numbers(self) -> dict[str, Any]:
         """What, with the state, makes the next steps those of an uninterrupted run."""
-        return {"amplitude": self.last.amplitude, "at_rest": self.last.at_rest}
+        return {"amplitude": self.last.amplitude, "at_rest": self.last.at_rest, "stuck": self.stuck}
 
     def fields(self) -> dict[str, np.ndarray]:
         """Displacements to keep besides those of the state: none."""
@@ -238,3 +253,4 @@ class LoadSteps:
     def recall(self, numbers: dict[str, Any], fields: dict[str, np.ndarray]) -> None:
         """Go on from there; the state has been recalled."""
         self.last = Equilibrium(numbers["amplitude"], self.run.u.copy(), numbers["at_rest"])
+        self.stuck = numbers["stuck"]
