@@ -44,7 +44,7 @@ unexport PYTHONPATH PYTHONHOME PETSC_DIR PETSC_ARCH SLEPC_DIR
 .NOTPARALLEL:
 .PHONY: help setup study test paper paper-runs taken-over figures-smoke compare report audit calibrate calibrated
 .PHONY: fig1 fig2 fig3 fig4 fig5 fig6 fig7 table1 table2 table3 table-fig2 lint check bench clean
-.PHONY: verify accuracy defaults second-code mutants needs locking
+.PHONY: verify accuracy defaults second-code mutants needs locking hard-cases
 MAKEFLAGS += --no-print-directory
 # A case that failed fails its study, and the figures that show the others and say so. So where goals follow each other
 # here, --keep-going tries them all, and then make fails.
@@ -130,6 +130,11 @@ lint: setup ## ruff and mypy
 	$(PYTHON) -m mypy
 
 check: lint test ## lint, then the tests
+
+# Some cases are there to stop: the table judges every verdict.
+hard-cases: setup ## what is hard to solve, or must stop: verdicts, with the plain script beside them
+	-$(STUDY) studies/hard-cases.toml --out $(RESULTS)/hard-cases $(WITH)
+	$(PYTHON) benchmarks/hard_cases.py --results $(RESULTS)/hard-cases
 
 bench: setup ## speed against a plain FEniCSx script
 	$(PYTHON) benchmarks/speed.py $(ARGS)

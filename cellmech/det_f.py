@@ -24,8 +24,8 @@ class DetFWatch:
         self._comm = mesh.comm
         self.worst: tuple[float, float, float] | None = None
 
-    def admissible(self) -> bool:
-        """Whether det F > 0 at every point on every rank (collective); remembers the worst point if not."""
+    def admissible(self, least: float = 0.0) -> bool:
+        """Whether det F > least at every point on every rank (collective); remembers the worst point if not."""
         values = self._values(self._cells).ravel()
         k = int(np.argmin(values)) if len(values) else -1  # a NaN counts as the least
         mine = (np.inf, 0.0, 0.0)
@@ -34,7 +34,7 @@ class DetFWatch:
             mine = (value, float(self._place[k, 0]), float(self._place[k, 1]))
         if self._comm.size > 1:
             mine = min(self._comm.allgather(mine))
-        if mine[0] > 0:
+        if mine[0] > least:
             return True
         self.worst = mine
         return False

@@ -72,6 +72,11 @@ class Schedule:
     ramp_end_s: float = 0.0
     load_steps: int = 20
 
+    @property
+    def scale_s(self) -> float:
+        """The time within which the load changes [s]: the ramp, or the whole time without one."""
+        return self.ramp_end_s or self.end_s
+
     def next_landing(self, t: float) -> float:
         """The first landing time after t [s]."""
         return min([x for x in self.landings_s if x > t * (1 + 1e-12)] + [self.end_s])
@@ -127,7 +132,7 @@ class Run:
         if body.density is None and body.obstacles:
             self._touch()
         self._bind(body)
-        self.ledger.begin(body.amplitude(0.0) if body.rate_dependent else 0.0)
+        self.ledger.begin(body.amplitude(0.0) if body.rate_dependent and not self.jumps else 0.0)
         self.stepping = TimeSteps(self) if body.rate_dependent else LoadSteps(self)
         unknowns = 2 * body.space.dofmap.index_map.size_global
         self.checkpoint_every = max(1, min(CHECKPOINT_STEPS, CHECKPOINT_WORK // unknowns))
@@ -146,6 +151,12 @@ class Run:
     def _bind(self, body: Body) -> None:
         self.body = body
         self.solver = Solver(body, self.state, self.force_scale, modes=self.modes)
+
+    @property
+    def jumps(self) -> bool:
+        """Whether the displacement jumps at the start: a load that is there at once meets a contact without inertia."""
+        body = self.body
+        return body.density is None and bool(body.obstacles) and body.amplitude(0.0) != 0.0
 
     @property
     def u(self) -> np.ndarray:
@@ -248,9 +259,9 @@ class Run:
         self.ledger.add_step(amplitude, h)
         return Step(t, h, amplitude, outcome.iterations, error)
 
-    def no_way_on(self, reason: str, amplitude: float) -> str:
-        """The message of a failure."""
-        return f"no equilibrium beyond t = {self.t:.6g} s, load amplitude {amplitude:.6g}: {reason}"
+    def no_way_on(self, reason: str, amplitude: float, t: float | None = None) -> str:
+        """The message of a failure, at the present time or t [s]."""
+        return f"no equilibrium beyond t = {self.t if t is None else t:.6g} s, load amplitude {amplitude:.6g}: {reason}"
 
     def memory(self) -> Memory:
         """All that decides how the run goes on after the last accepted step."""

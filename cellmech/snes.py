@@ -19,8 +19,14 @@ from cellmech.residual import Body, State, equilibrium, load_work
 from cellmech.saddle import Elimination, Saddle
 
 ROUND_OFF = 1e-13  # share of the force scale that residuals are never asked to go below
-STALLED = 1e-10  # share of the force scale at which a stalled line search has met round-off, not trouble
+STALLED = 1e-10  # share of the force scale at which a residual that stays has met round-off, not trouble
+LARGEST_NOISE = 1e-7  # the same where the tangent is so stiff that round-off reaches further
+STALL_RATE = 0.5  # a residual that a new tangent reduces by less than this factor stays
+CRUSHED = 1e-3  # det F at and below which a solution is none: no continuum, and its stresses lose all digits
 MAX_ITERATIONS = 30
+# Ways to try a solve: whether tangents are kept, and PETSc's line search. Full steps first: the residual's norm judges
+# them badly, for a motion of what is soft (or a contact that sets in) shakes what is stiff before it settles.
+ATTEMPTS = ((True, "basic"), (False, "bt"))
 KEEP_RATE = 0.25  # a factorisation is kept while each iteration brings the residual down at least by this factor
 
 _counter = itertools.count()
@@ -72,23 +78,25 @@ class Solver:
         self._x = self._b.duplicate()
         self._watch = DetFWatch(body, state)
         self.factorisations, self._keep, self._stale, self._norm = 0, False, False, np.inf
-        self._thrifty = True
-        self._tolerance, self._force_scale = tolerance, force_scale
+        self._thrifty, self._stiffness, self._search = True, 0.0, ""
+        self._extent = self.comm.allreduce(float(np.abs(body.domain.mesh.geometry.x).max(initial=0.0)), op=MPI.MAX)
+        self._tolerance, self._force_scale, self._atol = tolerance, force_scale, 0.0
         load = petsc.assemble_vector(compile_form(load_work(body, ufl.TestFunction(body.space)), self.comm))
         load.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
         self._load_norm = load.norm()
         self._snes = self._create_snes()
 
     def _create_snes(self) -> PETSc.SNES:
-        prefix = f"cellmech_{next(_counter)}_"
+        self._prefix = prefix = f"cellmech_{next(_counter)}_"
         options = PETSc.Options()
-        mine = {"snes_linesearch_type": "bt", "snes_linesearch_max_it": 12, "mat_mumps_icntl_14": 60}
+        mine = {"snes_linesearch_max_it": 12, "mat_mumps_icntl_14": 60}
         for key, value in mine.items():
             options[prefix + key] = value
         snes = PETSc.SNES().create(self.comm)
         snes.setOptionsPrefix(prefix)
         snes.setFunction(self._residual, self._b)
         snes.setJacobian(self._tangent, self._A if self._saddle is None else self._saddle.operator)
+        snes.setConvergenceTest(self._verdict)
         ksp = snes.getKSP()
         ksp.setType("preonly")
         pc = ksp.getPC()
@@ -149,7 +157,33 @@ class Solver:
                 if first <= pin < last:
                     A.setValue(pin, pin, self._bordered.stiffness, PETSc.InsertMode.ADD_VALUES)
             A.assemble()
+        self._stiffness = A.norm(PETSc.NormType.NORM_FROBENIUS)
         self.factorisations += 1
+
+    def _verdict(self, snes: PETSc.SNES, iteration: int, norms: tuple[float, float, float]) -> int:
+        """Whether to stop, and why: at the tolerance, or where round-off keeps the residual from falling further."""
+        residual, reason = norms[-1], PETSc.SNES.ConvergedReason
+        if not np.isfinite(residual):
+            return reason.DIVERGED_FNORM_NAN
+        if residual <= self._atol:
+            return reason.CONVERGED_FNORM_ABS
+        stays = iteration > 0 and not self._stale and residual > STALL_RATE * self._norm
+        return reason.CONVERGED_SNORM_RELATIVE if stays and residual <= self._noise() else reason.ITERATING
+
+    def _noise(self) -> float:
+        """The residual's 2-norm below which round-off may hold it up [Pa µm].
+
+        It is a sum of stiffness times position of which each term is rounded: 3e-10 of the weight was met with a lamina
+        of 1e5 Pa, where the tolerance is 1e-11 of it.
+        """
+        rounding = np.finfo(float).eps * self._stiffness * self._extent
+        return max(STALLED * self._force_scale, min(rounding, LARGEST_NOISE * self._force_scale))
+
+    def _use(self, search: str) -> None:
+        """Set the line search."""
+        if search != self._search:
+            PETSc.Options()[self._prefix + "snes_linesearch_type"] = self._search = search
+            self._snes.setFromOptions()
 
     def rebuild(self) -> None:
         """Use no earlier factorisation in the next solve."""
@@ -193,22 +227,25 @@ class Solver:
         self.amplitude.value = amplitude
         before, iterations = self.factorisations, 0
         load = abs(amplitude) * self._load_norm if self._load_norm else self._force_scale
-        atol = max(self._tolerance * load, ROUND_OFF * self._force_scale)
-        self._snes.setTolerances(rtol=0.0, atol=atol, stol=0.0, max_it=MAX_ITERATIONS)
+        self._atol = max(self._tolerance * load, ROUND_OFF * self._force_scale)
+        self._snes.setTolerances(rtol=0.0, atol=self._atol, stol=0.0, max_it=MAX_ITERATIONS)
         guess = self._unknowns()
-        for self._thrifty in (True, False):  # where kept tangents fail, again with a new one at every iteration
+        for self._thrifty, search in ATTEMPTS:
+            self._use(search)
             self._x.setArray(guess)
             self._watch.worst, self._stale = None, False
             self._snes.solve(None, self._x)
             iterations += self._snes.getIterationNumber()
             reason, residual = self._snes.getConvergedReason(), float(self._snes.getFunctionNorm())
-            converged = reason > 0 or (np.isfinite(residual) and residual <= STALLED * self._force_scale)
-            if converged or not self._stale:
+            converged = reason > 0 or (np.isfinite(residual) and residual <= self._noise())
+            if converged:
                 break
+            if reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE:
+                self.restart()  # what a failed factorisation leaves behind cannot be used again
         if not converged:
             self.rebuild()
         self._set_unknowns(self._x)
-        converged = converged and self._watch.admissible()
+        converged = converged and self._watch.admissible(CRUSHED)
         if converged:
             self.state.update()
         elif self.state.pressure is not None:
@@ -228,6 +265,8 @@ class Solver:
         if self._watch.worst is not None:
             value, x, y = self._watch.worst
             where = f"det F = {value:.2g} at reference x = {x:.3g}, y = {y:.3g} um"
+            if value > 0:
+                return f"material is crushed to nothing ({where})"
             return f"material turns inside out on the way ({where})"
         if reason == PETSc.SNES.ConvergedReason.DIVERGED_MAX_IT:
             return f"no equilibrium found in {MAX_ITERATIONS} Newton iterations"

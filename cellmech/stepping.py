@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from scipy.optimize import brentq
 
 from cellmech import bdf
 from cellmech.errors import SolveError
@@ -16,10 +17,12 @@ if TYPE_CHECKING:
     from cellmech.snes import Outcome
 
 FIRST_STEP = 1 / 50  # of the ramp; the error control then finds the right one
-SMALLEST_STEP = 1e-10  # of the end time: below it a failing step is a failure of the physics
+SMALLEST_STEP = 1e-10  # of the ramp, or the end time without one: below it a failing step is a failure of the physics
+SMALLEST_ACCURATE = 1e-14  # the same where the solve succeeds and the error is what is too large: a body that falls
 CUT = 0.25  # of a step whose solve failed
 SMALLEST_LOAD_STEP = 1e-4  # of full load: how closely the last equilibrium is followed
 FIRST_LOAD = 1 / 8  # share of the load to begin with where no steps are prescribed
+PUT_ON = 1e-4  # of the end time: within this step a load that is there at once is put on
 EASY = 8  # Newton iterations up to which a load step was small: the next one may be twice as large
 
 
@@ -50,7 +53,7 @@ class TimeSteps:
         self.run, self.controller = run, bdf.Controller(run.schedule.rtol)
         self.history = History(depth=3)
         self.history.push(run.u, None)
-        self.wish = FIRST_STEP * (run.schedule.ramp_end_s or run.schedule.end_s)
+        self.wish = FIRST_STEP * run.schedule.scale_s
         self.formula: tuple[float, float, float] | None = None  # of the last accepted step, until history moves
 
     def advance(self) -> Step:
@@ -61,6 +64,8 @@ class TimeSteps:
         """
         run, failures = self.run, 0
         self._move_history()
+        if run.totals.steps == 0 and run.jumps:
+            return self._put_on()
         while True:
             h, t = self._land(self.wish)
             steps = [h, *self.history.steps]
@@ -73,13 +78,14 @@ class TimeSteps:
                 failures += 1
                 run.totals.failed_solves += 1
                 run.log(f"t = {t:.6g} s, step {h:.3g} s: {outcome.reason}; step cut")
-                self.wish = self._shorter(CUT * h, outcome.reason)
+                self.wish = self._shorter(CUT * h, SMALLEST_STEP, outcome.reason)
                 continue
             error = run.relative(bdf.error_factor(steps[:3]) * (run.u - guess))
             if not self.controller.accepts(error):
                 run.totals.rejected_steps += 1
                 factor = min(self.controller.factor(error), 0.9)
-                self.wish = self._shorter(h * factor, "the error of ever smaller steps stays large")
+                reason = "the error of ever smaller steps stays large"
+                self.wish = self._shorter(h * factor, SMALLEST_ACCURATE, reason)
                 continue
             if run.reaches_more():
                 run.u[:] = self.history.values[0]
@@ -88,16 +94,35 @@ class TimeSteps:
             self.history.push(run.u, h)
             return run.accept(t, h, outcome, error)
 
+    def _put_on(self) -> Step:
+        """Put on a load that is there at once, bit by bit, within one short step.
+
+        Contact does not resist before it is pressed, so at the very start the displacement jumps: no step is so short
+        that its error is small. This one's is not controlled; the history by which later steps are judged begins after.
+        """
+        run, rest = self.run, Equilibrium(0.0, self.history.values[0], at_rest=True)
+        h = PUT_ON * run.schedule.end_s
+        amplitude, a = run.body.amplitude(h), bdf.coefficients([h])
+        run.state.ddt.set(a)
+        _, outcome = follow(run, rest, amplitude, amplitude * FIRST_LOAD, SMALLEST_LOAD_STEP)
+        if not outcome.converged:
+            run.u[:] = rest.u
+            raise SolveError(run.no_way_on(outcome.reason, 0.0))
+        run.log(f"the load is there at once: put on within {h:.3g} s")
+        error = run.relative(run.u - rest.u)
+        self.formula, self.wish, self.history = a, h, History(3, [run.u.copy()])
+        return run.accept(h, h, outcome, error)
+
     def _move_history(self) -> None:
         if self.formula is not None:
             self.run.state.advance(self.formula, self.run.body.density is not None)
             self.formula = None
 
-    def _shorter(self, h: float, reason: str) -> float:
+    def _shorter(self, h: float, smallest: float, reason: str) -> float:
         """A smaller step [s], unless it has become senseless; back to the last accepted displacement in any case."""
         run = self.run
         run.u[:] = self.history.values[0]
-        if h < SMALLEST_STEP * run.schedule.end_s:
+        if h < smallest * run.schedule.scale_s:
             raise SolveError(run.no_way_on(reason, run.body.amplitude(run.t)))
         return h
 
@@ -128,24 +153,49 @@ class TimeSteps:
 
 
 @dataclass(frozen=True)
-class LoadPath:
-    """The last equilibrium of a body without memory, and the one before it."""
+class Equilibrium:
+    """Of a body without memory, or at the end of a step: load amplitude [-], displacement [µm], whether it is at rest.
+
+    The next one is sought from it as it is. A secant through two of them is a worse guess: a contact that grows is no
+    smooth function of the load, and extrapolated depths are off by more than they change (benchmarks/README.md).
+    """
 
     amplitude: float
     u: np.ndarray
-    before: LoadPath | None = None
+    at_rest: bool = False
 
-    def __post_init__(self) -> None:
-        """Keep one predecessor, not the whole chain."""
-        if self.before is not None:
-            object.__setattr__(self, "before", dataclasses.replace(self.before, before=None))
 
-    def predict(self, amplitude: float) -> np.ndarray:
-        """Displacement at a load amplitude by the secant through both [µm]."""
-        if self.before is None or self.amplitude == self.before.amplitude:
-            return self.u
-        share = (amplitude - self.amplitude) / (self.amplitude - self.before.amplitude)
-        return self.u + share * (self.u - self.before.u)
+def follow(
+    run: Run, start: Equilibrium, target: float, increment: float, smallest: float
+) -> tuple[Equilibrium, Outcome]:
+    """Follow the equilibrium from `start` towards a load amplitude; returns the last one found, and what it took.
+
+    A load step is halved where its solve fails, and doubled after an easy one. The outcome has not converged where that
+    leads to steps below `smallest`; the run's displacement is then that of the equilibrium returned.
+
+    Args:
+        run: its `solve` is used.
+        start: where to begin.
+        target: load amplitude [-].
+        increment, smallest: first and smallest load step [-].
+    """
+    here, iterations, factorisations = start, 0, 0
+    while True:
+        reaches = abs(target - here.amplitude) <= abs(increment) * (1 + 1e-9)
+        aim = target if reaches else here.amplitude + increment
+        run.u[:] = here.u
+        outcome = run.solve(aim, from_rest=here.at_rest)
+        iterations, factorisations = iterations + outcome.iterations, factorisations + outcome.factorisations
+        if outcome.converged:
+            here = Equilibrium(aim, run.u.copy())
+            increment *= 2 if outcome.iterations <= EASY else 1
+        else:
+            run.totals.failed_solves += 1
+            run.log(f"load amplitude {aim:.6g}: {outcome.reason}; load step halved")
+            increment = (aim - here.amplitude) / 2
+        if (reaches and outcome.converged) or abs(increment) < smallest:
+            run.u[:] = here.u
+            return here, dataclasses.replace(outcome, iterations=iterations, factorisations=factorisations)
 
 
 class LoadSteps:
@@ -153,7 +203,8 @@ class LoadSteps:
 
     def __init__(self, run: Run) -> None:
         self.run = run
-        self.path = LoadPath(0.0, run.u.copy())
+        self.last = Equilibrium(0.0, run.u.copy(), at_rest=True)
+        self.stuck = ""  # why there is no way on from the last equilibrium
 
     def advance(self) -> Step:
         """Go to the next time that is asked for.
@@ -162,48 +213,44 @@ class LoadSteps:
             SolveError: no way on; the state is the last equilibrium.
         """
         run = self.run
+        if self.stuck:
+            raise SolveError(self.stuck)
         if run.totals.steps:
             run.state.rest()
-        t, start = run.schedule.next_load_step(run.t), self.path
-        self.path, outcome = self._follow(start, run.body.amplitude(t))
+        t, start = run.schedule.next_load_step(run.t), self.last
+        outcome = self._follow(start, run.body.amplitude(t))
         while run.reaches_more():
-            self.path, outcome = self._follow(start, run.body.amplitude(t))
+            outcome = self._follow(start, run.body.amplitude(t))
+        t = self._time_of(t)
+        if not outcome.converged:
+            self.stuck = run.no_way_on(outcome.reason, self.last.amplitude, t)
+            if t <= run.t:
+                raise SolveError(self.stuck)
         return run.accept(t, t - run.t, outcome, None)
 
-    def _follow(self, path: LoadPath, target: float) -> tuple[LoadPath, Outcome]:
-        """Follow the equilibrium to a load amplitude; a load step is halved where its solve fails, and grows again."""
-        run, increment, iterations = self.run, target - path.amplitude, 0
-        if path.before is None and not run.schedule.load_steps:
-            increment *= FIRST_LOAD
-        while True:
-            reaches = abs(target - path.amplitude) <= abs(increment) * (1 + 1e-9)
-            aim = target if reaches else path.amplitude + increment
-            run.u[:] = path.predict(aim)
-            outcome = run.solve(aim, from_rest=path.before is None)
-            iterations += outcome.iterations
-            if outcome.converged:
-                path = LoadPath(aim, run.u.copy(), path)
-                if reaches:
-                    return path, dataclasses.replace(outcome, iterations=iterations)
-                increment *= 2 if outcome.iterations <= EASY else 1
-                continue
-            run.totals.failed_solves += 1
-            run.log(f"load amplitude {aim:.6g}: {outcome.reason}; load step halved")
-            increment = (aim - path.amplitude) / 2
-            if abs(increment) < SMALLEST_LOAD_STEP:
-                run.u[:] = path.u
-                raise SolveError(run.no_way_on(outcome.reason, path.amplitude))
+    def _time_of(self, end: float) -> float:
+        """When the load is that of the last equilibrium [s], between now and `end`; now where it is there at once."""
+        run, here = self.run, self.last.amplitude
+        now = run.body.amplitude(run.t)
+        if run.body.amplitude(end) == here:
+            return end
+        return run.t if now >= here else float(brentq(lambda t: run.body.amplitude(t) - here, run.t, end))
+
+    def _follow(self, start: Equilibrium, target: float) -> Outcome:
+        run, whole = self.run, target - start.amplitude
+        first = whole * FIRST_LOAD if start.at_rest and not run.schedule.load_steps else whole
+        self.last, outcome = follow(run, start, target, first, SMALLEST_LOAD_STEP)
+        return outcome
 
     def numbers(self) -> dict[str, Any]:
         """What, with the state, makes the next steps those of an uninterrupted run."""
-        before = self.path.before
-        return {"amplitude": self.path.amplitude, "before": None if before is None else before.amplitude}
+        return {"amplitude": self.last.amplitude, "at_rest": self.last.at_rest, "stuck": self.stuck}
 
     def fields(self) -> dict[str, np.ndarray]:
-        """Displacements to keep besides those of the state [µm]."""
-        return {} if self.path.before is None else {"path_before": self.path.before.u}
+        """Displacements to keep besides those of the state: none."""
+        return {}
 
     def recall(self, numbers: dict[str, Any], fields: dict[str, np.ndarray]) -> None:
         """Go on from there; the state has been recalled."""
-        before = None if numbers["before"] is None else LoadPath(numbers["before"], fields["path_before"])
-        self.path = LoadPath(numbers["amplitude"], self.run.u.copy(), before)
+        self.last = Equilibrium(numbers["amplitude"], self.run.u.copy(), numbers["at_rest"])
+        self.stuck = numbers["stuck"]
