@@ -89,6 +89,32 @@ def test_pressure_is_lambda_times_the_measure_where_mixed_and_nothing_elsewhere(
             np.testing.assert_allclose(found, value, rtol=1e-11)
 
 
+@pytest.mark.parametrize("law", LAW_NAMES)
+def test_reported_strain_has_the_volume_of_the_pressure_and_the_shape_of_the_displacement(law):
+    domain = block()
+    u = fem.Function(forms.displacement_space(domain.mesh, 2))
+    u.x.array[:] = affine(u.function_space, H)
+    (mixture,) = mixtures(domain, {"solid": mixed(law)})
+    E, p = green_lagrange(u), fem.Constant(domain.mesh, 0.0)
+    reported = mixture.strain(E, p)
+    numbers = [mixture.volumetric(embed(E)), mixture.volumetric(embed(reported))]
+    entries = [tensor[i, j] for tensor in (E, reported) for i in range(2) for j in range(2)]
+    values = PointValues(ufl.as_vector(numbers + entries), np.array([[0.3, 0.3]]), domain.mesh.comm)
+    lmbda = moduli(law, YOUNG, NEARLY)["lmbda"]
+    for measure in (0.3, -1e-5, None):
+        first = np.array([0], dtype=np.int32)
+        p.value = lmbda * (values(first)[0, 0, 0] if measure is None else measure)
+        own, new, *tensors = values(first)[0, 0]
+        before, after = np.reshape(tensors, (2, 2, 2))
+        assert new == pytest.approx(float(p.value) / lmbda, rel=1e-11, abs=1e-15)
+        assert (abs(own - new) > 0.01) == (measure is not None)
+        if law == "saint-venant":
+            np.testing.assert_allclose(after - before, (new - own) / 2 * np.eye(2), atol=1e-14)
+        else:
+            ratio = (np.eye(2) + 2 * after) / (np.eye(2) + 2 * before)
+            np.testing.assert_allclose(ratio, np.exp(new - own), rtol=1e-12)
+
+
 # Newton's method
 
 
