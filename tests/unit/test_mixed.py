@@ -223,6 +223,15 @@ def test_failed_solve_leaves_the_pressure_as_it_was():
 # The element
 
 
+def test_element_has_its_values_at_seven_nodes_and_its_bubble_inside():
+    element = forms.displacement_space(block().mesh, 2, bubble=True).element
+    nodes = np.asarray(element.interpolation_points())
+    np.testing.assert_allclose(element.basix_element.tabulate(0, nodes)[0, :, :, 0], np.eye(7), atol=1e-12)
+    x, y = np.random.default_rng(2).dirichlet([1, 1, 1], 20)[:, :2].T
+    bubble = element.basix_element.tabulate(0, np.stack([x, y], axis=-1))[0, :, 6, 0]
+    np.testing.assert_allclose(bubble, 27 * x * y * (1 - x - y), atol=1e-12)
+
+
 def dense(form, comm):
     matrix = fem.petsc.assemble_matrix(compile_form(form, comm))
     matrix.assemble()

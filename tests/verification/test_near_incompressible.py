@@ -95,3 +95,13 @@ def test_pressure_is_an_unknown_only_where_it_must_be(tables, mixed):
     nodes = len(setup.body.space.element.interpolation_points())
     assert nodes == (7 if mixed else 3 if tables.get("mesh", {}).get("order") == 1 else 6)
     assert (setup.body.pressure_space is not None) == bool(mixed)
+
+
+def test_run_that_goes_on_has_the_pressure_of_its_displacement():
+    case = case_of(cell={"poisson": 0.499})
+    setup = Setup(case.scene, MPI.COMM_SELF, mesh_plan([case]))
+    first, second = (setup.create_run(lambda line: None) for _ in range(2))
+    first.run(lambda step: None)
+    assert abs(first.state.p.x.array).max() > 1.0
+    second.recall(first.memory())
+    assert list(second.state.p.x.array) == list(first.state.p.x.array)
