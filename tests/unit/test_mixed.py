@@ -1,5 +1,6 @@
 """The mixed form: its energy, its pressure, Newton's method for it, and its element."""
 
+import basix
 import numpy as np
 import pytest
 import scipy.linalg
@@ -8,7 +9,7 @@ from dolfinx import fem
 from problems import LAW_NAMES, affine, block, domain_of, hold, moduli, solid
 from scipy.sparse import csr_matrix
 
-from cellmech import forms
+from cellmech import forms, p2_bubble
 from cellmech.energies import LAWS, VOLUMETRIC, energy_and_stress, mixed_energy_and_stress
 from cellmech.forms import PointValues, compile_form
 from cellmech.kinematics import Invariants, embed, green_lagrange
@@ -230,6 +231,9 @@ def test_element_has_its_values_at_seven_nodes_and_its_bubble_inside():
     x, y = np.random.default_rng(2).dirichlet([1, 1, 1], 20)[:, :2].T
     bubble = element.basix_element.tabulate(0, np.stack([x, y], axis=-1))[0, :, 6, 0]
     np.testing.assert_allclose(bubble, 27 * x * y * (1 - x - y), atol=1e-12)
+    points = np.stack([x, y], axis=-1)  # the tables themselves: the compiled element may come from a cache
+    legendre = basix.tabulate_polynomials(basix.PolynomialType.legendre, basix.CellType.triangle, 3, points)
+    np.testing.assert_allclose(p2_bubble.coefficients()[6] @ legendre, x * y * (1 - x - y), atol=1e-12)
 
 
 def dense(form, comm):
