@@ -54,6 +54,7 @@ def displacement_space(mesh: Any, degree: int, jit: dict[str, Any], bubble: bool
 
 
 def _p2_bubble() -> Any:
+    """The package's only custom element: to the cache of 0.5 all such of equal degrees are one."""
     nodal = p2_bubble.nodes(), p2_bubble.evaluations(), 0
     start: tuple[Any, ...] = basix.CellType.triangle, [], p2_bubble.coefficients(), *nodal
     degrees = p2_bubble.COMPLETE, p2_bubble.HIGHEST

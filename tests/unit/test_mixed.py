@@ -1,5 +1,6 @@
 """The mixed form: its energy, its pressure, Newton's method for it, and its element."""
 
+import basix
 import numpy as np
 import pytest
 import scipy.linalg
@@ -8,7 +9,7 @@ from dolfinx import fem
 from problems import LAW_NAMES, affine, block, domain_of, hold, moduli, solid
 from scipy.sparse import csr_matrix
 
-from cellmech import forms
+from cellmech import forms, p2_bubble
 from cellmech.energies import LAWS, VOLUMETRIC, energy_and_stress, mixed_energy_and_stress
 from cellmech.forms import PointValues, compile_form
 from cellmech.kinematics import Invariants, embed, green_lagrange
@@ -87,6 +88,32 @@ def test_pressure_is_lambda_times_the_measure_where_mixed_and_nothing_elsewhere(
         for cell in domain.cell_tags.find(domain.cells[name]):
             found = state.p.x.array[body.pressure_space.dofmap.cell_dofs(cell)]
             np.testing.assert_allclose(found, value, rtol=1e-11)
+
+
+@pytest.mark.parametrize("law", LAW_NAMES)
+def test_reported_strain_has_the_volume_of_the_pressure_and_the_shape_of_the_displacement(law):
+    domain = block()
+    u = fem.Function(forms.displacement_space(domain.mesh, 2))
+    u.x.array[:] = affine(u.function_space, H)
+    (mixture,) = mixtures(domain, {"solid": mixed(law)})
+    E, p = green_lagrange(u), fem.Constant(domain.mesh, 0.0)
+    reported = mixture.strain(E, p)
+    numbers = [mixture.volumetric(embed(E)), mixture.volumetric(embed(reported))]
+    entries = [tensor[i, j] for tensor in (E, reported) for i in range(2) for j in range(2)]
+    values = PointValues(ufl.as_vector(numbers + entries), np.array([[0.3, 0.3]]), domain.mesh.comm)
+    lmbda = moduli(law, YOUNG, NEARLY)["lmbda"]
+    for measure in (0.3, -1e-5, None):
+        first = np.array([0], dtype=np.int32)
+        p.value = lmbda * (values(first)[0, 0, 0] if measure is None else measure)
+        own, new, *tensors = values(first)[0, 0]
+        before, after = np.reshape(tensors, (2, 2, 2))
+        assert new == pytest.approx(float(p.value) / lmbda, rel=1e-11, abs=1e-15)
+        assert (abs(own - new) > 0.01) == (measure is not None)
+        if law == "saint-venant":
+            np.testing.assert_allclose(after - before, (new - own) / 2 * np.eye(2), atol=1e-14)
+        else:
+            ratio = (np.eye(2) + 2 * after) / (np.eye(2) + 2 * before)
+            np.testing.assert_allclose(ratio, np.exp(new - own), rtol=1e-12)
 
 
 # Newton's method
@@ -195,6 +222,18 @@ def test_failed_solve_leaves_the_pressure_as_it_was():
 
 
 # The element
+
+
+def test_element_has_its_values_at_seven_nodes_and_its_bubble_inside():
+    element = forms.displacement_space(block().mesh, 2, bubble=True).element
+    nodes = np.asarray(element.interpolation_points())
+    np.testing.assert_allclose(element.basix_element.tabulate(0, nodes)[0, :, :, 0], np.eye(7), atol=1e-12)
+    x, y = np.random.default_rng(2).dirichlet([1, 1, 1], 20)[:, :2].T
+    bubble = element.basix_element.tabulate(0, np.stack([x, y], axis=-1))[0, :, 6, 0]
+    np.testing.assert_allclose(bubble, 27 * x * y * (1 - x - y), atol=1e-12)
+    points = np.stack([x, y], axis=-1)  # the tables themselves: the compiled element may come from a cache
+    legendre = basix.tabulate_polynomials(basix.PolynomialType.legendre, basix.CellType.triangle, 3, points)
+    np.testing.assert_allclose(p2_bubble.coefficients()[6] @ legendre, x * y * (1 - x - y), atol=1e-12)
 
 
 def dense(form, comm):

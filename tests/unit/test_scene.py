@@ -160,6 +160,7 @@ BAD_VALUES = [
     ("mesh.thin_layers = 0", "mesh.thin_layers", "a whole number from 1 to 8", "0"),
     ("mesh.thin_layers = 1.0", "mesh.thin_layers", "a whole number from 1 to 8", "1.0"),
     ("mesh.order = 3", "mesh.order", "must be 1 or 2", "3"),
+    ('mesh = {pressure = "mixed", order = 1}', "mesh.pressure", '"auto" or "none" where mesh.order is 1', "'mixed'"),
     ("mesh.order = true", "mesh.order", "must be 1 or 2", "True"),
     ("output.times_s = 5", "output.times_s", "must be a list of numbers", "5"),
     ("output.times_s = [0]", "output.times_s.0", "> 0 and <= 1e+12 s", "0"),
