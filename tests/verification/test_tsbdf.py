@@ -62,7 +62,7 @@ def wet_block():
 @lru_cache
 def wet_cell():
     """Table 1 on a coarse mesh, its fluid 100 times as viscous: it takes 2,600 s to relax, a quarter of the ramp."""
-    scene = read_scene({"mesh": {"size_um": 2.0}, "cell": {"fluid_lambda_Pa_s": 1e5}}, "test")
+    scene = read_scene({"mesh": {"size_um": 4.0, "thin_layers": 1}, "cell": {"fluid_lambda_Pa_s": 1e5}}, "test")
     setup = Setup(scene, MPI.COMM_SELF, MeshPlan())
     return Problem(setup.body, setup.force_scale, scene.ramp_end_s, 12000.0, (20, 40, 80))
 
