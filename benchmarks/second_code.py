@@ -128,7 +128,7 @@ def main() -> int:
     arguments = parser.parse_args()
     arguments.out.mkdir(parents=True, exist_ok=True)
     rows: list[list[Any]] = []
-    settled = 0.0
+    settled: float | None = None
     for law in arguments.laws:
         default = package(arguments.out, f"{law}-default", law)
         fine = package(arguments.out, f"{law}-fine", law, *FINE)
