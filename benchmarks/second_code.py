@@ -151,9 +151,10 @@ def main() -> int:
         ]
         csv.writer(file).writerows([head, *rows])
     differing = [f"{row[0]} {row[1]}" for row in rows if row[-1] == "DIFFERS"]
-    print(
-        f"\nthe second code has settled to {settled:.3f} %; differing by more than {ALLOWED} %: {differing or 'none'}"
-    )
+    print(f"\ndiffering by more than {ALLOWED} %: {', '.join(differing) or 'none'}")
+    if settled is None:
+        return 1 if differing else 0
+    print(f"the second code's own numbers have settled to {settled:.3f} %; {SETTLED:g} % are asked for")
     return 1 if differing else 2 if settled > SETTLED else 0
 
 
