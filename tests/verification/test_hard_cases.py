@@ -1,7 +1,6 @@
 """A few of the hard cases on a coarse mesh: the verdicts that `make hard-cases` must give, and what they took.
 
-The limits on iterations are about twice what was measured; before full steps and round-off were dealt with, the stiff
-ones took three times as much or failed.
+The limits on iterations are about twice what was measured (benchmarks/README.md has what it was without the remedies).
 """
 
 import importlib.util
