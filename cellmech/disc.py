@@ -41,6 +41,8 @@ class Grading:
     """
 
     far: float = 1.28
+    rim: float = 0.5
+    back: float = 0.5
     contact: float = 0.07
     outline: float = 0.128
     core: float = 0.376
@@ -123,15 +125,18 @@ def size_expression(spec: DiscSpec) -> str:
     zone = spec.contact_zone_um or grade.zone * rim
     touch = ((x0, y0 - rim),) if spec.touch is None else spec.touch
     centre, nucleus = _distance(x0, y0), spec.nucleus_radius_um
-    beside = f"{outline:.12g} + {grade.growth} * abs({centre} - {nucleus:.12g})"
-    size = f"{far:.12g}" if touch else f"min({far:.12g}, {beside})"
+    outwards = f"{grade.growth} * abs({centre} - {nucleus:.12g})"
+    inwards = f"{grade.growth} * max(0, {(1 - grade.skin) * rim:.12g} - {centre})"
+    size = f"min({far:.12g}, min({grade.rim * spec.size_um:.12g} + {inwards}, {grade.back * spec.size_um:.12g} + {outwards}))"
+    if not touch:
+        size = f"min({size}, {outline:.12g} + {outwards})"
     for x, y in touch:
         dx, dy = abs(x - x0), y - y0  # the left half is the mirror image of the right one
         away, reach = _distance(x0 + dx, y), math.hypot(dx, dy)
         deeper = f"{grade.deeper} * max(0, {(1 - grade.skin) * rim:.12g} - {centre})"
         edge = f"max(0, max({away} - {zone:.12g}, {grade.inside * zone:.12g} - {away}))"
         near = f"{contact:.12g} + {grade.along} * {edge} + {deeper}"
-        facing = f"{beside} + {grade.fade} * max(0, {away} - {reach:.12g})"
+        facing = f"{outline:.12g} + {outwards} + {grade.fade} * max(0, {away} - {reach:.12g})"
         towards = grade.core_at * nucleus / reach
         beyond = f"{_distance(x0 + towards * dx, y0 + towards * dy)} - {grade.core_radius * nucleus:.12g}"
         core = f"{grade.core * spec.size_um:.12g} + {grade.growth} * max(0, {beyond})"
