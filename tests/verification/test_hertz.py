@@ -12,6 +12,7 @@ from problems import displacement_space, hold, layered_disc, solid
 from scipy.optimize import brentq
 
 from cellmech.contact import Contact, Flat
+from cellmech.disc import Grading
 from cellmech.energy import Ledger
 from cellmech.materials import mixtures
 from cellmech.outline import Outline, along, depth, slope
@@ -40,6 +41,7 @@ def disc_on_flat(load, contact, size_um, law="neo-hookean"):
         contact_size_um=size_um,
         outline_size_um=1.5,
         contact_zone_um=1.3 * a,
+        grading=Grading(inside=0.0),  # the whole of the contact at this size, not its edge alone
     )
     space = displacement_space(domain)
     return Body(
