@@ -21,11 +21,13 @@ def mixed(law, poisson):
     return Material(LAWS[law], moduli(law, YOUNG, poisson), mixed=True)
 
 
-def solve(body, guess=None, tolerance=1e-11):
+def solve(body, guess=None, noise=0.0, tolerance=1e-11):
+    """From a displacement with its pressure, noise then added to the displacement."""
     state = State(body)
     if guess is not None:
         state.u.x.array[:] = guess
         state.update()
+        state.u.x.array[:] += noise
     outcome = Solver(body, state, YOUNG, tolerance=tolerance).solve(1.0)
     assert outcome.converged, outcome.reason
     return state
@@ -35,7 +37,7 @@ def solve(body, guess=None, tolerance=1e-11):
 
 
 def test_affine_boundary_data_and_constant_pressure_are_reproduced_to_round_off():
-    """At a volume change that makes the pressure a thousand times the shear modulus."""
+    """At a volume change that makes the pressure fifty times the shear modulus."""
     domain = layered_disc(size_um=1.5)
     space = forms.displacement_space(domain.mesh, 2, bubble=True)
     exact = fem.Function(space)
@@ -49,7 +51,7 @@ def test_affine_boundary_data_and_constant_pressure_are_reproduced_to_round_off(
         pressure_space=forms.pressure_space(domain.mesh),
     )
     noise = 1e-4 * np.random.default_rng(6).uniform(-1, 1, len(exact.x.array))
-    state = solve(body, exact.x.array + noise)
+    state = solve(body, exact.x.array, noise)
     assert np.abs(state.u.x.array - exact.x.array).max() < 1e-10
     lmbda = moduli("neo-hookean", YOUNG, 0.499)["lmbda"]
     np.testing.assert_allclose(state.p.x.array, lmbda * np.log(np.linalg.det(np.eye(2) + H)), rtol=1e-9)
