@@ -22,13 +22,15 @@ Rule = tuple[str, str, object, bool]  # key, rule, value got, whether it holds
 class Grading:
     """How the element size varies over a disc: sizes in units of `DiscSpec.size_um`, slopes of size over distance.
 
-    Chosen by measurement on Table 1, where every reported number has to be within 1 % (`benchmarks/accuracy.py`). Three
+    Chosen by measurement on Table 1, where every reported number has to be within 1 % (`benchmarks/accuracy.py`). Four
     places decide. The membrane bends most at the edge of the contact and beside it, and only short edges along it
-    resolve that; the cytosol above may be coarse. The strain beside the lamina varies along it. And J2 peaks inside the
-    nucleus, between its centre and the contact.
+    resolve that; the cytosol above may be coarse. The strain beside the lamina varies along it. J2 peaks inside the
+    nucleus, between its centre and the contact. And softer cells have their maxima at the membrane's side and at the
+    back of the nucleus: the rim and the outline are nowhere much coarser than the layers are thick.
 
     Args:
         far: size far from all of these.
+        rim, back: largest size along the rim and along the nucleus outline.
         contact, outline, core: size in the contact zone, along the nucleus outline where it faces the contact, and in
             the core of the nucleus.
         growth: away from the nucleus outline and from the core.
@@ -41,14 +43,14 @@ class Grading:
     """
 
     far: float = 1.28
-    rim: float = 0.5
-    back: float = 0.5
-    contact: float = 0.07
+    rim: float = 0.37
+    back: float = 0.35
+    contact: float = 0.056
     outline: float = 0.128
     core: float = 0.376
-    growth: float = 0.6
+    growth: float = 0.55
     fade: float = 0.2
-    deeper: float = 0.4
+    deeper: float = 0.35
     along: float = 0.1
     zone: float = 0.33
     inside: float = 0.7
@@ -127,9 +129,8 @@ def size_expression(spec: DiscSpec) -> str:
     centre, nucleus = _distance(x0, y0), spec.nucleus_radius_um
     outwards = f"{grade.growth} * abs({centre} - {nucleus:.12g})"
     inwards = f"{grade.growth} * max(0, {(1 - grade.skin) * rim:.12g} - {centre})"
-    size = f"min({far:.12g}, min({grade.rim * spec.size_um:.12g} + {inwards}, {grade.back * spec.size_um:.12g} + {outwards}))"
-    if not touch:
-        size = f"min({size}, {outline:.12g} + {outwards})"
+    back = min(grade.back * spec.size_um, far if touch else outline)
+    size = f"min({far:.12g}, min({grade.rim * spec.size_um:.12g} + {inwards}, {back:.12g} + {outwards}))"
     for x, y in touch:
         dx, dy = abs(x - x0), y - y0  # the left half is the mirror image of the right one
         away, reach = _distance(x0 + dx, y), math.hypot(dx, dy)
