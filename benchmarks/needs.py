@@ -53,7 +53,8 @@ class Variant:
 
     Args:
         scene: what differs from Table 1, by dotted key, as JSON.
-        forced: the part that is kept though the program would leave it out, a key of `FORCED`; "" for none.
+        forced: "obstacles" or "fluid", kept though the program would leave them out; "membrane" or "lamina", meshed as one
+            with its neighbour; "" for none of these.
     """
 
     scene: str = "{}"
@@ -76,6 +77,11 @@ def _variant(scene: dict[str, Any], forced: str = "") -> Variant:
     return Variant(json.dumps(scene), forced)
 
 
+def _merged(name: str, where: str, scene: dict[str, Any]) -> Part:
+    """A layer like its neighbour, meshed apart as the program does, and then as one with it."""
+    return Part(name, where, "nothing: it does not pay", _variant(scene), _variant(scene, name))
+
+
 def _kept(name: str, where: str, scene: dict[str, Any], forced: str) -> Part:
     """A part that the program leaves out by itself."""
     return Part(name, where, "program", _variant(scene, forced), _variant(scene))
@@ -92,8 +98,8 @@ PARTS = (
     _kept("fluid phase", "c_f = 0 in every layer", DRY, "fluid"),
     _kept("fluid phase", "viscosities 0", INVISCID, "fluid"),
     _asked("fluid phase", "end values of Table 1", "scene", {}, INVISCID, end_only=True),
-    _kept("membrane", "the cytosol's material", {"layer.membrane.young_Pa": 10.0}, "interfaces"),
-    _kept("lamina", "the nucleoplasm's material", {"layer.lamina.young_Pa": 10.0}, "interfaces"),
+    _merged("membrane", "the cytosol's material", {"layer.membrane.young_Pa": 10.0}),
+    _merged("lamina", "the nucleoplasm's material", {"layer.lamina.young_Pa": 10.0}),
     _kept("flat", "9.5 um below the cell", {}, "obstacles"),
     _kept("second pillar", "at x = 25 um, out of reach", FAR_PILLAR, "obstacles"),
     _asked("inertia", "Table 1", "scene; hint", {"cell.inertia": True}, {}),
@@ -112,7 +118,7 @@ def solve(scene: Scene, forced: str) -> dict[str, Any]:
     from cellmech import case as case_module
     from cellmech.materials import Material
     from cellmech.records import CaseFolder
-    from cellmech.setup import MeshPlan, Setup
+    from cellmech.setup import INSIDE_OUT, MeshPlan, Setup
 
     class Everything(Setup):
         """A setup whose obstacles are all modelled from the start."""
@@ -122,7 +128,8 @@ def solve(scene: Scene, forced: str) -> dict[str, Any]:
             return dataclasses.replace(body, obstacles=(*body.obstacles, *others)), []
 
     case = Case("case", scene)
-    plan = MeshPlan() if forced == "interfaces" else case_module.mesh_plan([case])
+    pair = {"membrane": INSIDE_OUT[2:], "lamina": INSIDE_OUT[:2]}.get(forced)
+    plan = case_module.mesh_plan([case]) if pair is None else MeshPlan((pair,))
     if forced == "obstacles":
         case_module.Setup = Everything  # type: ignore[misc]
     if forced == "fluid":

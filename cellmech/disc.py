@@ -116,8 +116,11 @@ class DiscSpec:
         check("DiscSpec", ("nucleus_radius_um", rule, self.nucleus_radius_um, inside))
 
 
-def size_expression(spec: DiscSpec) -> str:
-    """Element size [µm] in the right half of a disc, a Gmsh MathEval expression in x and y."""
+def size_expressions(spec: DiscSpec) -> list[str]:
+    """Gmsh MathEval expressions in x and y whose least is the element size [µm] in the right half of a disc.
+
+    Several short ones, because Gmsh reads no long ones.
+    """
     grade = spec.grading
     x0, y0 = spec.centre
     rim = spec.interfaces[-1][1]
@@ -128,21 +131,25 @@ def size_expression(spec: DiscSpec) -> str:
     touch = ((x0, y0 - rim),) if spec.touch is None else spec.touch
     centre, nucleus = _distance(x0, y0), spec.nucleus_radius_um
     outwards = f"{grade.growth} * abs({centre} - {nucleus:.12g})"
-    inwards = f"{grade.growth} * max(0, {(1 - grade.skin) * rim:.12g} - {centre})"
-    back = min(grade.back * spec.size_um, far if touch else outline)
-    size = f"min({far:.12g}, min({grade.rim * spec.size_um:.12g} + {inwards}, {back:.12g} + {outwards}))"
+    inwards = f"max(0, {(1 - grade.skin) * rim:.12g} - {centre})"
+    back = grade.back * spec.size_um if touch else outline
+    sizes = [
+        f"{far:.12g}",
+        f"{grade.rim * spec.size_um:.12g} + {grade.growth} * {inwards}",
+        f"{back:.12g} + {outwards}",
+    ]
     for x, y in touch:
         dx, dy = abs(x - x0), y - y0  # the left half is the mirror image of the right one
         away, reach = _distance(x0 + dx, y), math.hypot(dx, dy)
-        deeper = f"{grade.deeper} * max(0, {(1 - grade.skin) * rim:.12g} - {centre})"
         edge = f"max(0, max({away} - {zone:.12g}, {grade.inside * zone:.12g} - {away}))"
-        near = f"{contact:.12g} + {grade.along} * {edge} + {deeper}"
-        facing = f"{outline:.12g} + {outwards} + {grade.fade} * max(0, {away} - {reach:.12g})"
         towards = grade.core_at * nucleus / reach
         beyond = f"{_distance(x0 + towards * dx, y0 + towards * dy)} - {grade.core_radius * nucleus:.12g}"
-        core = f"{grade.core * spec.size_um:.12g} + {grade.growth} * max(0, {beyond})"
-        size = f"min({size}, min({near}, min({facing}, {core})))"
-    return size
+        sizes += [
+            f"{contact:.12g} + {grade.along} * {edge} + {grade.deeper} * {inwards}",
+            f"{outline:.12g} + {outwards} + {grade.fade} * max(0, {away} - {reach:.12g})",
+            f"{grade.core * spec.size_um:.12g} + {grade.growth} * max(0, {beyond})",
+        ]
+    return sizes
 
 
 def disc_script(spec: DiscSpec) -> str:
@@ -169,7 +176,7 @@ def disc_sectors(spec: DiscSpec) -> tuple[GeoScript, list[Sector]]:
         script.group(1, name, [arc for sector in sectors for arc in sector.arcs[k]])
     if spec.shape == "half":
         script.group(1, "axis", [*sectors[0].start, *sectors[0].end])
-    script.sizes(size_expression(spec), spec.order)
+    script.sizes(size_expressions(spec), spec.order)
     return script, sectors
 
 
@@ -180,7 +187,8 @@ def _elements_across(spec: DiscSpec, inner: float, outer: float) -> int:
     names = {"min": np.minimum, "max": np.maximum, "abs": np.abs, "sqrt": np.sqrt}
     names |= {"x": spec.centre[0] + middle * np.cos(angle), "y": spec.centre[1] + middle * np.sin(angle)}
     # The very text that Gmsh gets, so that the two cannot disagree.
-    size = eval(size_expression(spec).replace("^", "**"), {"__builtins__": {}}, names) * np.ones_like(angle)
+    texts = (text.replace("^", "**") for text in size_expressions(spec))
+    size = np.min([eval(text, {"__builtins__": {}}, names) * np.ones_like(angle) for text in texts], axis=0)
     least = spec.thin_layers if outer - inner < THIN * spec.interfaces[-1][1] else 1
     if size.max() * least <= outer - inner:
         return 0

@@ -103,12 +103,16 @@ class GeoScript:
         kind = "Curve" if dim == 1 else "Surface"
         self.lines.append(f'Physical {kind}("{name}", {self._count["group"]}) = {_braces(numbers)};')
 
-    def sizes(self, expression: str, order: int) -> None:
-        """Take element sizes [µm] from a MathEval expression in x and y alone."""
+    def sizes(self, expressions: Sequence[str], order: int) -> None:
+        """Take element sizes [µm] from the least of some MathEval expressions in x and y alone."""
+        numbers = range(1, len(expressions) + 1)
+        for k, expression in zip(numbers, expressions, strict=True):
+            self.lines += [f"Field[{k}] = MathEval;", f'Field[{k}].F = "{expression}";']
+        least = len(expressions) + 1
         self.lines += [
-            "Field[1] = MathEval;",
-            f'Field[1].F = "{expression}";',
-            "Background Field = 1;",
+            f"Field[{least}] = Min;",
+            f"Field[{least}].FieldsList = {_braces(numbers)};",
+            f"Background Field = {least};",
             "Mesh.MeshSizeExtendFromBoundary = 0;",
             "Mesh.MeshSizeFromPoints = 0;",
             "Mesh.MeshSizeFromCurvature = 0;",

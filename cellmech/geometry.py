@@ -72,7 +72,7 @@ def build_ring(
         script.group(1, name, curves)
     script.group(1, "axis_x", sector.start)
     script.group(1, "axis_y", sector.end)
-    script.sizes(repr(float(size_um)), order)
+    script.sizes([repr(float(size_um))], order)
     with _meshed(script, sector, order) as model:
         yield model
 

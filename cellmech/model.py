@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from cellmech.ellipticity import yeoh_bounds
 from cellmech.run import Run
 from cellmech.scene import LAYER_NAMES, Scene
-from cellmech.setup import M_S2, MERGED, MIXED_ABOVE, Setup, material, mixed_layers, relaxation_s
+from cellmech.setup import M_S2, MIXED_ABOVE, Setup, material, mixed_layers, relaxation_s
 
 AT_REST = 20.0  # relaxation times after which the fluid's stress is below the Newton tolerance
 NO_INERTIA = 1e-9  # of the weight: rho a below it is below the Newton tolerance
@@ -62,9 +62,6 @@ def describe_model(setup: Setup, run: Run | None = None) -> Model:
         modelled["layers"] = f"smeared over ± {cell.smear_um:g} um; meshed: {', '.join(n for n, _ in setup.interfaces)}"
     else:
         modelled["layers"] = f"meshed apart: {', '.join(n for n, _ in setup.interfaces)}"
-    for pair, name in MERGED.items():
-        if any(n == name for n, _ in setup.interfaces) and cell.layers != "smeared":
-            left[f"interface of {pair[0]} and {pair[1]}"] = "no case of the study gives them different properties"
     waiting = setup.out_of_reach if run is None else run.out_of_reach
     for label, obstacle in setup.obstacles.items():
         if obstacle in waiting:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,8 +27,8 @@ MAX_ITERATIONS = 30
 # them badly, for a motion of what is soft (or a contact that sets in) shakes what is stiff before it settles.
 ATTEMPTS = ((True, "basic"), (False, "bt"))
 KEEP_RATE = 0.25  # a factorisation is kept while each iteration brings the residual down at least by this factor
-
-_counter = itertools.count()
+# One prefix for all solvers, which want the same: PETSc has room for 512 options, and a sweep for more cases than that.
+PREFIX, OPTIONS = "cellmech_", {"snes_linesearch_max_it": 12, "mat_mumps_icntl_14": 60}
 
 
 @dataclass(frozen=True)
@@ -87,10 +86,8 @@ class Solver:
         self._snes = self._create_snes()
 
     def _create_snes(self) -> PETSc.SNES:
-        self._prefix = prefix = f"cellmech_{next(_counter)}_"
-        options = PETSc.Options()
-        mine = {"snes_linesearch_max_it": 12, "mat_mumps_icntl_14": 60}
-        for key, value in mine.items():
+        prefix, options = PREFIX, PETSc.Options()
+        for key, value in OPTIONS.items():
             options[prefix + key] = value
         snes = PETSc.SNES().create(self.comm)
         snes.setOptionsPrefix(prefix)
@@ -182,7 +179,7 @@ class Solver:
     def _use(self, search: str) -> None:
         """Set the line search."""
         if search != self._search:
-            PETSc.Options()[self._prefix + "snes_linesearch_type"] = self._search = search
+            PETSc.Options()[PREFIX + "snes_linesearch_type"] = self._search = search
             self._snes.setFromOptions()
 
     def rebuild(self) -> None:

@@ -34,7 +34,8 @@ def table(path):
 
 
 def numbers(row):
-    return {key: float(value) for key, value in row.items() if key not in ("case", "cell.law", "status", "reason")}
+    texts = ("case", "cell.law", "status", "reason")
+    return {key: float(value) for key, value in row.items() if value and key not in texts}
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +74,10 @@ def test_case_on_two_ranks_equals_serial(serial, folder):
     parallel, alone = numbers(table("out/summary.csv")[0]), numbers(table(serial / "summary.csv")[1])
     assert parallel.keys() == alone.keys()
     assert {
-        k: (v, alone[k]) for k, v in parallel.items() if not math.isclose(v, alone[k], rel_tol=1e-8, abs_tol=1e-10)
+        k: (v, alone[k])
+        for k, v in parallel.items()
+        if k not in ("newton_iterations", "factorisations")  # round-off may decide a last iteration
+        and not math.isclose(v, alone[k], rel_tol=1e-8, abs_tol=1e-10)
     } == {}
 
 

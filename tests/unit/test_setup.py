@@ -54,18 +54,14 @@ def test_half_cell_stands_on_both_pillars_of_a_pair():
     assert [label for label in on_axis] == ["pillar 0", "flat"]
 
 
-def test_layers_are_merged_only_where_no_case_tells_them_apart():
+def test_only_smeared_layers_are_meshed_as_one():
     def merged(*scenes):
         return mesh_plan([Case(str(k), scene) for k, scene in enumerate(scenes)]).merged
 
     alike = scene_of(layer={"membrane": {"young_Pa": 10.0}, "lamina": {"young_Pa": 10.0}})
-    assert merged(alike) == (("nucleoplasm", "lamina"), ("cytosol", "membrane"))
-    for own in ({"young_Pa": 11.0}, {"fluid_fraction": 0.4}, {"law": "saint-venant"}, {"poisson": 0.3}):
-        membrane = scene_of(layer={"membrane": {"young_Pa": 10.0, **own}, "lamina": {"young_Pa": 10.0}})
-        lamina = scene_of(layer={"membrane": {"young_Pa": 10.0}, "lamina": {"young_Pa": 10.0, **own}})
-        assert merged(membrane) == (("nucleoplasm", "lamina"),), own
-        assert merged(lamina) == (("cytosol", "membrane"),), own
-        assert merged(alike, membrane, lamina) == ()
+    smeared = scene_of(cell={"layers": "smeared", "smear_um": 0.5})
+    assert merged(smeared) == (("nucleoplasm", "lamina"), ("cytosol", "membrane"))
+    assert merged(alike) == merged(smeared, alike) == ()
 
 
 def test_smeared_weights_are_the_layers_and_sum_to_one():

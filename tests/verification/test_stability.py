@@ -80,8 +80,9 @@ def test_verdict_on_a_collapse_says_that_the_material_had_given_way(tmp_path):
     data = {**END_ONLY, "cell": {"law": "saint-venant"}, "load": {"factor": 6.0}}
     result = solve(tmp_path, data)
     assert result["status"] == "failed"
-    assert "no equilibrium beyond" in result["reason"]
-    assert "in the last equilibrium before ellipticity is lost: margin -" in result["reason"]
+    assert result["reason"].startswith("ellipticity is lost at t = ") and "margin -0." in result["reason"]
+    assert "load amplitude 0.5" in result["reason"] or "load amplitude 0.6" in result["reason"]
+    assert "in the cytosol" in result["reason"]
 
 
 def test_verdict_on_a_stable_material_does_not_blame_it(tmp_path, monkeypatch):
@@ -95,5 +96,6 @@ def test_verdict_on_a_stable_material_does_not_blame_it(tmp_path, monkeypatch):
     monkeypatch.setattr(snes.Solver, "solve", solve_light_loads)
     result = solve(tmp_path, {**END_ONLY, "cell": {"law": "saint-venant"}})
     assert result["status"] == "failed"
-    assert "too heavy; in the last equilibrium before the material is stable everywhere: margin 0.9" in result["reason"]
+    assert "too heavy; in the last state, which is saved" in result["reason"]
+    assert "the material is stable everywhere: margin 0.9" in result["reason"]
     assert "ellipticity is lost" not in result["reason"]
