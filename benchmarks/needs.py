@@ -53,8 +53,8 @@ class Variant:
 
     Args:
         scene: what differs from Table 1, by dotted key, as JSON.
-        forced: "obstacles" or "fluid", kept though the program would leave them out; "membrane" or "lamina", meshed as one
-            with its neighbour; "" for none of these.
+        forced: "obstacles" or "fluid", kept though the program would leave them out; "membrane" or "lamina", meshed as
+            one with its neighbour; "" for none of these.
     """
 
     scene: str = "{}"
