@@ -77,7 +77,8 @@ def test_case_on_two_ranks_equals_serial(serial, folder):
         k: (v, alone[k])
         for k, v in parallel.items()
         if k not in ("newton_iterations", "factorisations")  # round-off may decide a last iteration
-        and not math.isclose(v, alone[k], rel_tol=1e-8, abs_tol=1e-10)
+        # and a direction of least margin is known to the root of the margin's own accuracy
+        and not math.isclose(v, alone[k], rel_tol=1e-8, abs_tol=1e-5 if k.endswith("_deg") else 1e-10)
     } == {}
 
 
