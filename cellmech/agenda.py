@@ -8,7 +8,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from cellmech.accuracy import assess, bears_on, error_trees, report, table_rows
+from cellmech.accuracy import assess, bears_on
+from cellmech.accuracy_report import error_trees, report, table_rows
 from cellmech.archive import INTERNAL, RESULT, Result, finished, forget, input_key, merge_tables, source_hash
 from cellmech.command import Command, Order
 from cellmech.errors import CellmechError

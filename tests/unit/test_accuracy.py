@@ -9,12 +9,10 @@ from cellmech.accuracy import (
     PARTS,
     assess,
     bears_on,
-    error_trees,
     numbers,
     refinements,
-    report,
-    table_rows,
 )
+from cellmech.accuracy_report import error_trees, report, table_rows
 from cellmech.errors import InputError
 from cellmech.scene_file import read_scene
 
