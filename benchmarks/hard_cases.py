@@ -64,7 +64,9 @@ def collapse_fault(results: Mapping[str, Mapping[str, Any]]) -> str:
     """What is wrong with the collapse loads of the meshes, "" if they agree; prints them."""
     loads = {}
     for name, result in results.items():
-        if (found := re.search(STOPS["02 collapse"], result["reason"])) and not result["scene"]["time"]["history"]:
+        if not name.startswith("02 collapse") or result["scene"]["time"]["history"]:
+            continue
+        if found := re.search(STOPS["02 collapse"], result["reason"]):
             loads[name] = float(found["amplitude"]) * result["scene"]["load"]["factor"]
     if len(loads) < 3:
         return "fewer than three collapse loads"
