@@ -48,7 +48,7 @@ class MeshPlan:
     """How the cases of a study are meshed.
 
     Args:
-        merged: pairs of layers that no case distinguishes; they are meshed as one.
+        merged: pairs of layers that are meshed as one (`mesh_plan`).
         grading: where the elements are small.
     """
 
