@@ -19,7 +19,7 @@ from cellmech.saddle import Elimination, Saddle
 
 ROUND_OFF = 1e-13  # share of the force scale that residuals are never asked to go below
 STALLED = 1e-10  # share of the force scale at which a residual that stays has met round-off, not trouble
-LARGEST_NOISE = 1e-7  # the same where the tangent is so stiff that round-off reaches further
+LARGEST_NOISE = 1e-6  # the same where the tangent is so stiff that round-off reaches further
 STALL_RATE = 0.5  # a residual that a new tangent reduces by less than this factor stays
 CRUSHED = 1e-3  # det F at and below which a solution is none: no continuum, and its stresses lose all digits
 MAX_ITERATIONS = 30
