@@ -46,6 +46,11 @@ def quadrature(degree: int) -> tuple[np.ndarray, np.ndarray]:
     return np.asarray(points), np.asarray(weights)
 
 
+def order_of(space: fem.FunctionSpace) -> int:
+    """Order of a displacement on the edges of its elements."""
+    return len(space.dofmap.dof_layout.entity_closure_dofs(1, 0)) - 1
+
+
 def node_points(space: fem.FunctionSpace) -> np.ndarray:
     """Reference coordinates of an element's nodes, shape (n_nodes, 2)."""
     return np.asarray(space.element.interpolation_points())

@@ -97,7 +97,7 @@ def _locking_warning(scene: Scene) -> dict[str, str]:
     stiff = [n for n in LAYER_NAMES if scene.layer_poisson(n) > MIXED_ABOVE and n not in mixed_layers(scene)]
     if not stiff:
         return {}
-    why = 'mesh.pressure is "none"' if scene.mesh.order == 2 else "mesh.order is 1"
+    why = 'mesh.pressure is "none"' if scene.mesh.order == 2 else f"mesh.order is {scene.mesh.order}"
     return {
         "locking": f"Poisson's ratio is above {MIXED_ABOVE:g} in {', '.join(stiff)}, but {why}: the largest pressures "
         "may be far off, and near 0.5 no equilibrium may be found"
@@ -132,7 +132,8 @@ def _describe_pressure(scene: Scene, modelled: dict[str, str], left: dict[str, s
         names = ", ".join(n for n in LAYER_NAMES if n in mixed)
         modelled["pressure"] = f"an unknown of its own in {names}, linear in each element ({why}); P2 with a bubble"
     elif all(scene.layer_poisson(n) <= MIXED_ABOVE for n in LAYER_NAMES):
-        left["pressure as an unknown"] = f"no layer's Poisson's ratio is above {MIXED_ABOVE:g}: P2 alone does not lock"
+        why = f"no layer's Poisson's ratio is above {MIXED_ABOVE:g}: a displacement alone does not lock"
+        left["pressure as an unknown"] = why
     else:
         left["pressure as an unknown"] = "not asked for; see the warning"
 

@@ -1,8 +1,8 @@
 """What is reported of a state: maxima, means and shares per region, shape, contact, energies.
 
-Stress and strain are evaluated at the nodes of each element from that element's own gradient and material; the
-largest value counts and neighbours are never averaged. The pressure's gradient is one vector an element. Means are
-over the reference area. To add an observable: a method that returns a number, called in `Observer.observe`.
+Stress and strain are evaluated at fixed points of each element, its nodes or a finer lattice, from that element's own
+gradient and material; the largest value counts and neighbours are never averaged. Means are over the reference area. To
+add an observable: a method that returns a number, called in `Observer.observe`.
 """
 
 from __future__ import annotations
@@ -12,10 +12,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from dolfinx import fem
 
 from cellmech.contact import Obstacle, Pillar
-from cellmech.det_f import node_points, quadrature
+from cellmech.det_f import order_of, quadrature
 from cellmech.errors import MeshError
 from cellmech.outline import Outline
 from cellmech.run import Run
@@ -32,6 +31,7 @@ from cellmech.samples import (
     Region,
     Samples,
     lattice,
+    lattice_triangles,
     merge,
 )
 
@@ -39,6 +39,7 @@ QUANTITIES = {"sigma_mises": "_Pa", "J1": "", "J2": "", "J3": "", "pressure": "_
 REST = np.array([0.0, 2.0, 2.0, 1.0, 0.0])  # their values at rest
 STRAINS = ("J1", "J2", "J3")
 SETTLED = 1e-9  # a maximum over time moves on only for more than this share of its size: round-off is no growth
+REPORTED = {1: 1, 2: 2, 3: 4}  # subdivisions of an edge into reported points, by the displacement's order
 LATTICE = 16  # subdivisions of an element's edge where a reported layer is not meshed apart
 
 
@@ -48,6 +49,11 @@ class Ring:
 
     inner_um: float
     outer_um: float
+
+    @property
+    def area_um2(self) -> float:
+        """Of the whole ring [µm^2]."""
+        return float(np.pi * (self.outer_um**2 - self.inner_um**2))
 
 
 @dataclass(frozen=True)
@@ -88,11 +94,13 @@ class Observer:
         self.run, self.layout = run, layout
         body = run.body
         self.comm = body.domain.mesh.comm
-        nodes, (q, w) = node_points(body.space), quadrature(body.bulk_degree)
+        order = order_of(body.space)
+        self.subdivisions = REPORTED[order]
+        reported, (q, w) = lattice(self.subdivisions)[0], quadrature(body.bulk_degree)
         cells = np.arange(body.domain.mesh.topology.index_map(2).size_local, dtype=np.int32)
-        weights = np.concatenate([np.zeros(len(nodes)), w])
-        self.samples = Samples(run, cells, np.vstack([nodes, q]), weights, len(nodes))
-        self.gradient = PressureGradient(run, self.samples, q)
+        points, weights = np.vstack([reported, q]), np.concatenate([np.zeros(len(reported)), w])
+        self.samples = Samples(run, cells, points, weights, len(reported))
+        self.gradient = PressureGradient(run, self.samples, points, order)
         self._fine: Samples | None = None
         self.regions = {name: self._region(name) for name in layout.regions}
         self.nucleus = Outline(body.domain, body.space, "nucleus_outline")
@@ -116,7 +124,7 @@ class Observer:
         inside = (r >= ring.inner_um - slack) & (r <= ring.outer_um + slack) & self._on_the_side_of(ring).ravel()
         index = np.flatnonzero(inside)
         covered = self.comm.allreduce(float(self._fine.area.reshape(-1)[index].sum()))
-        true = np.pi * (ring.outer_um**2 - ring.inner_um**2) / self.layout.copies
+        true = ring.area_um2 / self.layout.copies
         return Region(self._fine, self.gradient, index, index, true / covered)
 
     def _on_the_side_of(self, ring: Ring) -> np.ndarray:
@@ -187,14 +195,19 @@ class Observer:
         return values
 
     def _shares(self) -> dict[str, Any]:
-        """The nucleus's part in the cell's deformation, in the paper's sense and in two others."""
+        """The nucleus's part in the cell's deformation, in the paper's sense and in two others.
+
+        In the paper's sense most of it is the share of the areas, which are the circles' own: the mesh's would be off
+        by more than the strains add.
+        """
         nucleus, cell = self.table["nucleus"], self.table["cell"]
+        inner, outer = (self.layout.regions[name].area_um2 / self.layout.copies for name in ("nucleus", "cell"))
         area, peak, integral = {}, {}, {}
         for k, name in enumerate(QUANTITIES):
             if name not in STRAINS:
                 continue
             part, whole = nucleus[INTEGRALS][k], cell[INTEGRALS][k]
-            area[name] = float(100 * (part + REST[k] * nucleus[AREA]) / cell[AREA])
+            area[name] = float(100 * (part + REST[k] * inner) / outer)
             peak[name] = float(nucleus[k] / cell[k]) if cell[k] else None
             integral[name] = float(part / whole) if whole else None
         return {"share_of_area_percent": area, "share_of_max": peak, "share_of_integral": integral}
@@ -257,24 +270,26 @@ def top_of(pillar: Pillar, x: float) -> float | None:
     return float(pillar.y_um + pillar.height_um * rest ** (1 / pillar.exponent)) if rest > 0 else None
 
 
-def node_fields(observer: Observer, u: fem.Function) -> dict[str, np.ndarray]:
-    """Point data of the last observed state, one row per node of each owned cell: what `fields` files hold.
+def point_fields(observer: Observer) -> dict[str, np.ndarray]:
+    """Point data of the last observed state: what `fields` files hold.
 
-    The node inside an element, where there is one, is left out: ParaView's triangles have theirs on the edges.
+    Returns:
+        Values by name, shape (n_triangles, n_points) or, of vectors, (n_triangles, n_points, 2). An element is one
+        triangle of 3 or 6 points, of third order four of 6, with their ends first, then their middles in VTK's order.
     """
-    samples = observer.samples
-    dofmap = u.function_space.dofmap
-    n = min(samples.n_max, 6)
-    dofs = np.array([dofmap.cell_dofs(c)[:n] for c in samples.cells], dtype=np.int64).reshape(-1, n)
-    values = samples.values[:, :n]
-    return {
-        "position": samples.position[:, :n],
-        "displacement_um": u.x.array.reshape(-1, 2)[dofs],
+    samples, gradient = observer.samples, observer.gradient
+    reported = slice(0, samples.n_max)
+    position, values = samples.position[:, reported], samples.values[:, reported]
+    fields = {
+        "position": position,
+        "displacement_um": gradient.position[:, reported] - position,
         "sigma_mises_Pa": values[..., 0],
         "J1": values[..., 1] + REST[1],
         "J2": values[..., 2] + REST[2],
         "J3": values[..., 3] + REST[3],
         "det_F": values[..., DET_F],
         "pressure_Pa": values[..., PRESSURE],
-        "pressure_gradient_Pa_per_um": np.repeat(observer.gradient.values[:, None], n, axis=1),
+        "pressure_gradient_Pa_per_um": np.broadcast_to(gradient.values, position.shape),
     }
+    pieces = lattice_triangles(observer.subdivisions)
+    return {name: array[:, pieces].reshape(-1, *array[:, pieces].shape[2:]) for name, array in fields.items()}

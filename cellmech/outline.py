@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import lru_cache
 
 import numpy as np
 from dolfinx import fem
@@ -12,6 +13,8 @@ from cellmech.contact import Obstacle
 from cellmech.domain import Domain
 
 GAUSS_POINTS = 8
+# Where an edge's nodes lie between its ends, by their number: Basix's Gauss-Lobatto points.
+INNER_NODES = {2: (), 3: (0.5,), 4: (0.5 - 0.05**0.5, 0.5 + 0.05**0.5)}
 BISECTIONS = 32  # of an eighth of an edge: 1e-11 µm
 
 
@@ -40,7 +43,7 @@ class Outline:
 
     Args:
         domain: the mesh.
-        space: displacement space, on the edges of the mesh's own degree.
+        space: displacement space, of order 1, 2 or 3 on the edges.
         name: facet group; an absent one gives an empty outline.
     """
 
@@ -64,17 +67,19 @@ class Outline:
         self.reference = space.tabulate_dof_coordinates()[self.dofs, :2]
 
     def _counter_clockwise(self, coordinates: np.ndarray) -> np.ndarray:
-        """The edges' dofs with their ends ordered so that the outline runs counter-clockwise about its mean point."""
+        """The edges' dofs in the order that runs counter-clockwise about the mean point: ends, then inside."""
         ends = coordinates[self.dofs[:, :2]]
         total = self.comm.allreduce(np.append(ends.sum(axis=(0, 1)), ends.shape[0] * 2))
         a, b = np.moveaxis(ends - total[:2] / max(total[2], 1.0), 1, 0)
         clockwise = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0] < 0
         dofs = self.dofs.copy()
         dofs[clockwise, :2] = dofs[clockwise, 1::-1]
+        along_edge = np.linalg.norm(coordinates[dofs[:, 2:]] - coordinates[dofs[:, :1]], axis=-1)
+        dofs[:, 2:] = np.take_along_axis(dofs[:, 2:], np.argsort(along_edge, axis=1), axis=1)
         return dofs
 
     def displacement(self, u: fem.Function) -> np.ndarray:
-        """Displacement of the edges' nodes [µm], shape (n_edges, n_nodes, 2): two ends, then the middle."""
+        """Displacement of the edges' nodes [µm], shape (n_edges, n_nodes, 2): ends, then inside."""
         return u.x.array.reshape(-1, 2)[self.dofs]
 
     def nodes(self, u: fem.Function) -> np.ndarray:
@@ -132,11 +137,9 @@ def along(x: np.ndarray, s: np.ndarray) -> np.ndarray:
 
 def slope(x: np.ndarray, s: np.ndarray) -> np.ndarray:
     """dx/ds of the edges at parameters s, shape (n_edges, len(s), 2)."""
-    if x.shape[1] == 2:
-        shape = np.stack([-np.ones_like(s), np.ones_like(s)], axis=-1)
-    else:
-        shape = np.stack([4 * s - 3, 4 * s - 1, 4 - 8 * s], axis=-1)
-    return np.einsum("sn,enc->esc", shape, x)
+    powers = np.arange(1, x.shape[1])
+    derivative = powers * s[..., None] ** (powers - 1) @ _coefficients(x.shape[1])[1:]
+    return np.einsum("sn,enc->esc", derivative, x)
 
 
 def _at(x: np.ndarray, s: np.ndarray) -> np.ndarray:
@@ -145,7 +148,11 @@ def _at(x: np.ndarray, s: np.ndarray) -> np.ndarray:
 
 
 def _shape(s: np.ndarray, n_nodes: int) -> np.ndarray:
-    """Lagrange functions of an edge (ends, then middle) at s, shape (len(s), n_nodes)."""
-    if n_nodes == 2:
-        return np.stack([1 - s, s], axis=-1)
-    return np.stack([(1 - s) * (1 - 2 * s), s * (2 * s - 1), 4 * s * (1 - s)], axis=-1)
+    """Lagrange functions of an edge (ends, then nodes inside) at s, shape (len(s), n_nodes)."""
+    return s[..., None] ** np.arange(n_nodes) @ _coefficients(n_nodes)
+
+
+@lru_cache
+def _coefficients(n_nodes: int) -> np.ndarray:
+    """Of the Lagrange functions in the powers of s, shape (n_nodes, n_nodes): a power a row."""
+    return np.linalg.inv(np.vander([0.0, 1.0, *INNER_NODES[n_nodes]], increasing=True))

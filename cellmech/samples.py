@@ -44,7 +44,7 @@ class Samples:
 
     def __init__(self, run: Run, cells: np.ndarray, points: np.ndarray, weights: np.ndarray, n_max: int) -> None:
         mesh, body = run.body.domain.mesh, run.body
-        self.cells, self.n_max = cells, n_max
+        self.cells, self.n_max, self.comm = cells, n_max, mesh.comm
         tags = np.zeros(int(np.max(cells, initial=-1)) + 1, dtype=np.int32)
         inside = body.domain.cell_tags.indices < len(tags)
         tags[body.domain.cell_tags.indices[inside]] = body.domain.cell_tags.values[inside]
@@ -67,29 +67,53 @@ class Samples:
 
 
 class PressureGradient:
-    """The pressure's gradient in space, one vector an element [Pa/µm].
+    """The pressure's gradient in space [Pa/µm].
 
-    It is the slope of the linear function of the deformed position that fits the pressure at the element's quadrature
-    points best. Of order 1 in the mesh size, like the derivative of the element's own stress, but with 0.6 of its
-    error, a third in the maximum (tests/verification/test_pressure.py), and without second derivatives.
+    In each element the pressure and the deformed position are fitted by polynomials of the reference coordinates, one
+    degree below the displacement's, and the slope of the one over the other is the gradient: for elements up to second
+    order one vector an element, from the pressure at the quadrature points; for third order one at each reported point,
+    from all points. Converges with order 1 and 2, like the derivative of the element's own stress, but with a fraction
+    of its error (tests/verification/test_pressure.py), and without second derivatives.
+
+    Args:
+        run: the run.
+        samples: of all points; the fit is to the last values.
+        points: their reference coordinates, shape (n_points, 2).
+        order: of the displacement.
     """
 
-    def __init__(self, run: Run, samples: Samples, points: np.ndarray) -> None:
-        """Args: the run, samples whose points after `n_max` are these reference points."""
-        mesh = run.body.domain.mesh
+    def __init__(self, run: Run, samples: Samples, points: np.ndarray, order: int) -> None:
         self._samples = samples
-        self._position = PointValues(ufl.SpatialCoordinate(mesh) + run.state.u, points, mesh.comm)
-        self.values = np.zeros((len(samples.cells), 2))
+        self._position = PointValues(ufl.SpatialCoordinate(run.body.domain.mesh) + run.state.u, points, samples.comm)
+        reported = points[: samples.n_max]
+        fitted = points if order > 2 else points[samples.n_max :]
+        self._from = slice(len(points) - len(fitted), None)
+        self._slopes = _slopes(fitted, reported if order > 2 else reported[:1], 2 if order > 2 else 1)
+        self.position = np.zeros((len(samples.cells), len(points), 2))
+        self.values = np.zeros((len(samples.cells), self._slopes.shape[1], 2))
 
     def update(self) -> None:
-        """Fit at the current state, from the samples' last values."""
-        inner = slice(self._samples.n_max, None)
-        x, weight = self._position(self._samples.cells), self._samples.area[:, inner]
-        share = weight / weight.sum(axis=1, keepdims=True)
-        x = x - np.einsum("cp,cpi->ci", share, x)[:, None]
-        moments = np.einsum("cp,cpi,cpj->cij", share, x, x)
-        slope = np.einsum("cp,cpi,cp->ci", share, x, self._samples.values[:, inner, PRESSURE])
-        self.values = np.linalg.solve(moments, slope[..., None])[..., 0]
+        """Fit at the current state."""
+        self.position = self._position(self._samples.cells)
+        x, p = self.position[:, self._from], self._samples.values[:, self._from, PRESSURE]
+        by_x = np.einsum("dep,cpi->cedi", self._slopes, x)  # [c, e, d, i]: dx_i/dxi_d
+        by_p = np.einsum("dep,cp->ced", self._slopes, p)
+        self.values = np.linalg.solve(by_x, by_p[..., None])[..., 0]
+
+
+def _slopes(fitted: np.ndarray, at: np.ndarray, degree: int) -> np.ndarray:
+    """What makes values at points the derivatives of the polynomial that fits them best; shape (2, n_at, n_fitted)."""
+    powers = [(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)]
+
+    def monomials(points: np.ndarray, d: int | None = None) -> np.ndarray:
+        columns = []
+        for i, j in powers:
+            factor, left = (1, (i, j)) if d is None else ((i, (i - 1, j)), (j, (i, j - 1)))[d]
+            columns.append(factor * points[:, 0] ** max(left[0], 0) * points[:, 1] ** max(left[1], 0))
+        return np.stack(columns, axis=-1)
+
+    fit = np.linalg.pinv(monomials(fitted))
+    return np.stack([monomials(at, d) @ fit for d in (0, 1)])
 
 
 @dataclass
@@ -136,11 +160,34 @@ def merge(parts: Sequence[np.ndarray]) -> np.ndarray:
 
 def lattice(n: int) -> tuple[np.ndarray, np.ndarray]:
     """Points of the reference triangle's n-fold subdivision and weights that integrate linear functions exactly."""
-    index = [(i, j) for j in range(n + 1) for i in range(n + 1 - j)]
-    number = {ij: k for k, ij in enumerate(index)}
+    index = _lattice_index(n)
     weights = np.zeros(len(index))
     for i, j in index:
         for corners in (((i, j), (i + 1, j), (i, j + 1)), ((i + 1, j), (i + 1, j + 1), (i, j + 1))):
-            if all(c in number for c in corners):
-                weights[[number[c] for c in corners]] += 1 / (6 * n * n)
-    return np.array(index, dtype=float) / n, weights
+            if all(c in index for c in corners):
+                weights[[index[c] for c in corners]] += 1 / (6 * n * n)
+    return np.array(list(index), dtype=float) / n, weights
+
+
+def lattice_triangles(n: int) -> np.ndarray:
+    """Numbers of the lattice's points in triangles that cover it: ends, then, for even n, the middles between them.
+
+    Shape (n * n, 3) for odd n, (n * n / 4, 6) for even n; sides are in VTK's order: 01, 12, 20.
+    """
+    index, step = _lattice_index(n), 1 if n % 2 else 2
+    found = []
+    for i, j in index:
+        if i % step or j % step:
+            continue
+        for a, b, c in (
+            ((i, j), (i + step, j), (i, j + step)),
+            ((i + step, j), (i + step, j + step), (i, j + step)),
+        ):
+            if b in index and c in index and a in index:
+                middles = [tuple((p + q) // 2 for p, q in zip(*ends, strict=True)) for ends in ((a, b), (b, c), (c, a))]
+                found.append([index[point] for point in (a, b, c, *(middles if step == 2 else ()))])
+    return np.array(found)
+
+
+def _lattice_index(n: int) -> dict[tuple[int, ...], int]:
+    return {ij: k for k, ij in enumerate((i, j) for j in range(n + 1) for i in range(n + 1 - j))}

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal, get_args
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, model_validator
 
 from cellmech.fields import Choice, Flag, Number, Whole
 
@@ -18,6 +18,7 @@ LAYER_NAMES: tuple[LayerName, ...] = get_args(LayerName)  # from the outside in
 
 # The upper bounds lie far outside anything a cell can be; they keep products of inputs inside a double's range.
 LARGEST_UM = 1e5
+THIRD_ORDER_UM = 2.4  # default size of elements of third order
 Length = Annotated[float, Number("µm", above=0, most=LARGEST_UM)]
 Position = Annotated[float, Number("µm", least=-LARGEST_UM, most=LARGEST_UM)]
 Density = Annotated[float, Number("kg/m3", least=0, most=1e6)]
@@ -149,7 +150,7 @@ class Time(Table):
 
 
 class Mesh(Table):
-    """Element sizes and the order of the displacement.
+    """Element sizes and the order of the displacement; the defaults of both are of one accuracy for each order.
 
     `contact_size_um` is the size at the contact zone, chosen by the mesh module where it is None; `thin_layers`
     the number of elements across each thin layer. `quadrature_degree` is that of the bulk terms.
@@ -160,9 +161,16 @@ class Mesh(Table):
     size_um: Length = 0.6
     contact_size_um: Length | None = None
     thin_layers: Annotated[int, Whole(1, 8)] = 2
-    order: Annotated[int, Whole(1, 2)] = 2
+    order: Annotated[int, Whole(1, 3)] = 2
     quadrature_degree: Annotated[int, Whole(1, 20)] = 4
     pressure: Annotated[Literal["auto", "none", "mixed"], Choice()] = "auto"
+
+    @model_validator(mode="before")
+    @classmethod
+    def _sizes_of_order(cls, data: object) -> object:
+        """Elements of third order may be four times as large, and one is enough across a thin layer."""
+        third = isinstance(data, dict) and data.get("order") == 3
+        return {"size_um": THIRD_ORDER_UM, "thin_layers": 1, **data} if third else data  # type: ignore[dict-item]
 
 
 class Output(Table):

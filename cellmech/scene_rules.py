@@ -144,8 +144,9 @@ def _mesh(scene: Scene) -> Iterator[Breach]:
     if contact is not None and not FINEST_CONTACT * radius <= contact <= size:
         rule = f"must be from {FINEST_CONTACT * radius:g} to mesh.size_um = {size:g} µm"
         yield Breach("mesh.contact_size_um", rule, contact)
-    if scene.mesh.pressure == "mixed" and scene.mesh.order == 1:
-        yield Breach("mesh.pressure", 'must be "auto" or "none" where mesh.order is 1', "mixed", "Set mesh.order = 2.")
+    if scene.mesh.pressure == "mixed" and scene.mesh.order != 2:
+        rule = f'must be "auto" or "none" where mesh.order is {scene.mesh.order}'
+        yield Breach("mesh.pressure", rule, "mixed", "Set mesh.order = 2.")
 
 
 def _times(scene: Scene) -> Iterator[Breach]:

@@ -102,10 +102,10 @@ def material(scene: Scene, name: LayerName) -> Material:
 def mixed_layers(scene: Scene) -> frozenset[LayerName]:
     """Layers whose pressure is an unknown of its own: nearly incompressible ones, unless the scene says otherwise.
 
-    Smeared layers have one pressure, and so one form: all are mixed as soon as one should be. Linear elements have no
-    mixed form here.
+    Smeared layers have one pressure, and so one form: all are mixed as soon as one should be. Only elements of second
+    order have a mixed form here.
     """
-    if scene.mesh.pressure == "none" or scene.mesh.order == 1:
+    if scene.mesh.pressure == "none" or scene.mesh.order != 2:
         return frozenset()
     wanted = frozenset(n for n in LAYER_NAMES if scene.layer_poisson(n) > MIXED_ABOVE or scene.mesh.pressure == "mixed")
     return frozenset(LAYER_NAMES) if wanted and scene.cell.layers == "smeared" else wanted
@@ -186,7 +186,7 @@ class Setup:
             nucleus_radius_um=scene.nucleus_radius_um,
             size_um=scene.mesh.size_um,
             contact_size_um=scene.mesh.contact_size_um,
-            order=scene.mesh.order,
+            order=min(scene.mesh.order, 2),
             thin_layers=scene.mesh.thin_layers,
             touch=tuple((t.x_um, t.y_um) for t in self.place.touch),
             contact_zone_um=self._contact_zone_um(),

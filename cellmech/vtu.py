@@ -1,4 +1,4 @@
-"""Field files for ParaView: every element with its own nodes, so that nothing is averaged between neighbours."""
+"""Field files for ParaView: every triangle with its own points, so that nothing is averaged between neighbours."""
 
 from __future__ import annotations
 
@@ -7,11 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from cellmech.observables import Observer, node_fields
+from cellmech.observables import Observer, point_fields
 from cellmech.records import CaseFolder
 
 LAYER_CODES = {"nucleoplasm": 0, "lamina": 1, "cytosol": 2, "membrane": 3}
-VTK_ORDER = {3: [0, 1, 2], 6: [0, 1, 2, 5, 3, 4]}  # of an element's nodes: VTK starts the edges elsewhere
 
 
 def write_fields(folder: CaseFolder, observer: Observer, t_s: float, series: list[tuple[float, str]]) -> None:
@@ -26,7 +25,7 @@ def write_fields(folder: CaseFolder, observer: Observer, t_s: float, series: lis
         t_s: its time [s].
         series: (time, file) of what was written before; extended.
     """
-    parts = observer.comm.gather(node_fields(observer, observer.run.state.u), root=0)
+    parts = observer.comm.gather(point_fields(observer), root=0)
     name = f"fields_{len(series):04d}.vtu"
     series.append((t_s, name))
     if parts is None:
@@ -41,7 +40,7 @@ def write_fields(folder: CaseFolder, observer: Observer, t_s: float, series: lis
 
 
 def _layers(observer: Observer, nodes: np.ndarray) -> np.ndarray:
-    """By the mean radius of an element's nodes: the centroid of a long curved one lies below its own layer."""
+    """By the mean radius of a triangle's points: the centroid of a long curved one lies below its own layer."""
     r = np.linalg.norm(nodes - np.array(observer.layout.centre), axis=-1).mean(axis=1)
     codes = np.full(len(r), LAYER_CODES["membrane"], dtype=np.int32)
     for name in ("cytosol", "lamina", "nucleoplasm"):
@@ -59,9 +58,8 @@ def _write_vtu(path: Path, data: dict[str, np.ndarray]) -> None:
         return np.ascontiguousarray(np.pad(vectors.reshape(-1, 2), ((0, 0), (0, 1))))
 
     n_cells, n_nodes = data["position"].shape[:2]
-    order = VTK_ORDER[n_nodes]
     grid, points, cells = vtkUnstructuredGrid(), vtkPoints(), vtkCellArray()
-    points.SetData(numpy_to_vtk(three(data["position"][:, order]), deep=True))
+    points.SetData(numpy_to_vtk(three(data["position"]), deep=True))
     grid.SetPoints(points)
     offsets, nodes = np.arange(0, n_cells * n_nodes + 1, n_nodes), np.arange(n_cells * n_nodes)
     cells.SetData(*(numpy_to_vtkIdTypeArray(ids.astype(np.int64), deep=True) for ids in (offsets, nodes)))
@@ -69,7 +67,7 @@ def _write_vtu(path: Path, data: dict[str, np.ndarray]) -> None:
     for key, values in data.items():
         if key in ("position", "layer"):
             continue
-        array = three(values[:, order]) if values.ndim == 3 else np.ascontiguousarray(values[:, order].ravel())
+        array = three(values) if values.ndim == 3 else np.ascontiguousarray(values.ravel())
         _add(grid.GetPointData(), key, numpy_to_vtk(array, deep=True))
     _add(grid.GetCellData(), "layer", numpy_to_vtk(data["layer"], deep=True))
     writer = vtkXMLUnstructuredGridWriter()

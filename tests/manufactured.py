@@ -47,9 +47,9 @@ def solid_piola(law, F, poisson=POISSON):
     return F * S
 
 
-def body_with(domain, material, P, free=(), **more):
+def body_with(domain, material, P, free=(), order=2, **more):
     """The body that P keeps in balance, its displacement given on all sides but the free ones."""
-    space = displacement_space(domain)
+    space = displacement_space(domain, order)
     boundary = fem.Function(space)
     boundary.x.array[:] = nodal(space)
     held = tuple(side for side in domain.facets if side not in free)

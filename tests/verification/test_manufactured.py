@@ -1,4 +1,4 @@
-"""Convergence of P2 on curved triangles against manufactured displacements at finite strain.
+"""Convergence of P2, and P3, on curved triangles against manufactured displacements at finite strain.
 
 The stresses are written from the paper, not from the package: dry in all four laws, wet, and under contact pressure.
 """
@@ -15,7 +15,7 @@ from cellmech.forms import PointValues, compile_form
 
 SHARE, LMBDA_F, MU_F = 0.4, 6.0, 3.0  # of the wet solid
 KAPPA, SMOOTHING, FLAT = 2.0, 0.1, Flat(3.0)  # of the contact; the whole ring lies inside the flat
-ORDERS = {"L2": 3.0, "H1": 2.0}
+ORDERS = {2: {"L2": 3.0, "H1": 2.0}, 3: {"L2": 4.0, "H1": 3.0}}
 
 
 def fluid_piola(F, F_dot):
@@ -32,9 +32,9 @@ def errors(body, history=()):
     return [np.sqrt(fem.assemble_scalar(compile_form(m * body.domain.dx(8), body.domain.mesh.comm))) for m in norms]
 
 
-def state_orders(ladder, case, found):
-    for (norm, order), column in zip(ORDERS.items(), np.array(found).T, strict=True):
-        ladder.order(f"manufactured, curved P2, {case}: {norm}", column, order, 0.15)
+def state_orders(ladder, case, found, degree=2):
+    for (norm, order), column in zip(ORDERS[degree].items(), np.array(found).T, strict=True):
+        ladder.order(f"manufactured, curved P{degree}, {case}: {norm}", column, order, 0.15)
 
 
 @pytest.mark.parametrize("law", LAW_NAMES)
@@ -45,6 +45,15 @@ def test_p2_on_curved_triangles_converges_with_order_3_in_l2_and_2_in_h1(law, la
         F = ufl.Identity(2) + ufl.grad(symbolic(domain.mesh))
         found.append(errors(body_with(domain, solid(law, YOUNG, POISSON), solid_piola(law, F))))
     state_orders(ladder, law, found)
+
+
+def test_p3_on_triangles_curved_by_parabolas_converges_with_order_4_in_l2_and_3_in_h1(ladder):
+    found = []
+    for n in (2, 4, 8):
+        domain = rows_ring(n)
+        P = solid_piola("neo-hookean", ufl.Identity(2) + ufl.grad(symbolic(domain.mesh)))
+        found.append(errors(body_with(domain, solid("neo-hookean", YOUNG, POISSON), P, order=3)))
+    state_orders(ladder, "neo-hookean", found, degree=3)
 
 
 def test_wet_solid_in_motion_converges_with_the_orders_of_a_dry_one(ladder):

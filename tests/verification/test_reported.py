@@ -16,7 +16,7 @@ from cellmech.case import mesh_plan, solve_case
 from cellmech.contact import Contact, Flat, Pillar
 from cellmech.forms import compile_form
 from cellmech.materials import mixtures
-from cellmech.observables import Layout, Observer, Ring, node_fields
+from cellmech.observables import Layout, Observer, Ring, point_fields
 from cellmech.records import CaseFolder, flatten
 from cellmech.residual import Body
 from cellmech.run import Run, Schedule
@@ -32,13 +32,14 @@ LAW = {name: "saint-venant" if name == "lamina" else "neo-hookean" for name in R
 PILLAR = Pillar(0.0, -10.0, 10.0, 9.5)
 MERGED_YOUNG = {"nucleus": 1000.0, "cytoplasm": 10.0}
 STEP_S = 0.5
+FIELDS_OF_PRESSURE = ("pressure_Pa", "pressure_gradient_Pa_per_um")
 
 
-def observer_of(shape="half", apart=True, obstacles=(), contact=None):
+def observer_of(shape="half", apart=True, obstacles=(), contact=None, order=2):
     """An observer of a layered disc at rest, every layer with its own solid and fluid, or two merged ones."""
     interfaces = tuple(RADII.items()) if apart else (("nucleus", 5.0), ("cytoplasm", 10.0))
     domain = layered_disc(shape=shape, centre=CENTRE, interfaces=interfaces, size_um=3.0)
-    space = displacement_space(domain)
+    space = displacement_space(domain, order)
     materials = (
         {name: wet(LAW[name], young, fluid_fraction=share, **FLUID) for name, (young, share) in SOLIDS.items()}
         if apart
@@ -57,7 +58,7 @@ def observer_of(shape="half", apart=True, obstacles=(), contact=None):
 
 @pytest.fixture(scope="module")
 def observers():
-    return {shape: observer_of(shape) for shape in ("half", "full")}
+    return {shape: observer_of(shape) for shape in ("half", "full")} | {"third order": observer_of(order=3)}
 
 
 def deform(observer, F, F_before=None):
@@ -103,9 +104,10 @@ def mises_by_hand(name, F, F_before):
 SHEARED, BEFORE = np.array([[1.15, 0.0], [0.2, 0.85]]), np.array([[1.05, 0.0], [0.12, 0.96]])
 
 
-def test_stress_of_a_homogeneous_state_is_the_one_by_hand_in_every_layer(observers):
+@pytest.mark.parametrize("which", ["half", "third order"])
+def test_stress_of_a_homogeneous_state_is_the_one_by_hand_in_every_layer(observers, which):
     """The lamina's is some fifty times its neighbours': an average over an interface would show."""
-    result = deform(observers["half"], SHEARED, BEFORE)
+    result = deform(observers[which], SHEARED, BEFORE)
     expected = {name: mises_by_hand(name, SHEARED, BEFORE) for name in RADII}
     assert expected["lamina"] > 20 * expected["nucleoplasm"] > 0.1
     for name, value in expected.items():
@@ -117,14 +119,17 @@ def test_stress_of_a_homogeneous_state_is_the_one_by_hand_in_every_layer(observe
     assert result["nucleus"]["sigma_mises_mean_Pa"] == pytest.approx(mean, rel=1e-3)
 
 
-def test_pressure_is_minus_a_third_of_the_trace_of_the_stress(observers):
-    observer = observers["half"]
+@pytest.mark.parametrize(("which", "triangles"), [("half", 1), ("third order", 4)])
+def test_pressure_is_minus_a_third_of_the_trace_of_the_stress(observers, which, triangles):
+    observer = observers[which]
     deform(observer, SHEARED, BEFORE)
-    pressure = node_fields(observer, observer.run.state.u)["pressure_Pa"]
-    tags, body = observer.samples.groups, observer.run.body
+    fields = point_fields(observer)
+    tags, body = np.repeat(observer.samples.groups, triangles), observer.run.body
     for name in RADII:
         expected = -np.trace(stress_by_hand(name, SHEARED, BEFORE)) / 3
-        np.testing.assert_allclose(pressure[tags == body.domain.cells[name]], expected, rtol=1e-9)
+        pressure, gradient = (fields[key][tags == body.domain.cells[name]] for key in FIELDS_OF_PRESSURE)
+        np.testing.assert_allclose(pressure, expected, rtol=1e-9)
+        np.testing.assert_allclose(gradient, 0, atol=1e-7 * abs(expected))
 
 
 def test_strains_of_a_homogeneous_state_are_those_of_c(observers):
@@ -176,8 +181,9 @@ def test_means_are_over_the_reference_area(observers):
     assert result["cell"]["J1_mean"] - 2 == pytest.approx((0.02 * 10) ** 2, rel=2e-3)
 
 
-def test_maxima_are_found_at_the_nodes_where_they_are(observers):
-    result = bend(observers["half"])
+@pytest.mark.parametrize("which", ["half", "third order"])
+def test_maxima_are_found_at_the_nodes_where_they_are(observers, which):
+    result = bend(observers[which])
     for region, radius in (("nucleoplasm", 4.9), ("nucleus", 5.0), ("cytosol", 9.5), ("membrane", 10.0)):
         row, stretch = result[region], 1 + 2 * 0.02 * radius
         x, y = row["J1_max_at_um"]
@@ -222,7 +228,7 @@ def test_stress_of_a_ring_is_of_its_own_side_of_the_nucleus_outline():
             assert result[name][f"sigma_mises_{kind}_Pa"] == pytest.approx(expected, rel=1e-9), (name, kind)
 
 
-@pytest.mark.parametrize("shape", ["half", "full"])
+@pytest.mark.parametrize("shape", ["half", "full", "third order"])
 def test_shape_index_of_a_stretched_nucleus_is_that_of_an_ellipse(observers, shape):
     a, b = 5.0 * 1.25, 5.0 * 0.8
     result = deform(observers[shape], np.diag([1.25, 0.8]))
@@ -270,9 +276,13 @@ def test_energies_are_of_the_whole_cell_and_balance(observers, monkeypatch):
     assert energy["balance_error"] == pytest.approx(18.0 - 2.0 - 0.5 - energy["stored"], rel=1e-12)
 
 
-def test_field_file_has_every_element_as_it_is(observers, tmp_path):
-    """Read back by VTK: middle nodes lie between their ends, displacement and stress at each point are those there."""
-    observer = observers["half"]
+@pytest.mark.parametrize(("which", "triangles"), [("half", 1), ("third order", 4)])
+def test_field_file_has_every_element_as_it_is(observers, tmp_path, which, triangles):
+    """Read back by VTK: middle nodes lie between their ends, displacement and stress at each point are those there.
+
+    An element of third order is four triangles, which cover it.
+    """
+    observer = observers[which]
     deform(observer, SHEARED, BEFORE)
     folder = CaseFolder(tmp_path / "case", lead=True)
     write_fields(folder, observer, 7.0, [])
@@ -284,7 +294,9 @@ def test_field_file_has_every_element_as_it_is(observers, tmp_path):
     X = vtk_to_numpy(grid.GetPoints().GetData())[:, :2].reshape(-1, 6, 2)
     data = {name: vtk_to_numpy(grid.GetPointData().GetArray(name)) for name in ("displacement_um", "sigma_mises_Pa")}
     layer, r = vtk_to_numpy(grid.GetCellData().GetArray("layer")), np.linalg.norm(X - CENTRE, axis=-1).mean(axis=1)
-    assert len(X) == observer.run.body.domain.mesh.topology.index_map(2).size_local
+    assert len(X) == triangles * observer.run.body.domain.mesh.topology.index_map(2).size_local
+    sides = X[:, [1, 2]] - X[:, :1]
+    assert np.abs(np.linalg.det(sides)).sum() / 2 == pytest.approx(np.pi * 100 / 2, rel=0.02)  # a straight one's
     for middle, (a, b) in zip((3, 4, 5), ((0, 1), (1, 2), (2, 0)), strict=True):  # of VTK's quadratic triangle
         edge = np.linalg.norm(X[:, a] - X[:, b], axis=-1)
         assert np.all(np.linalg.norm(X[:, middle] - (X[:, a] + X[:, b]) / 2, axis=-1) < 0.1 * edge)
