@@ -1,6 +1,6 @@
 # `make study` and `make test` are all a fresh Debian 12 or 13 machine needs: each does the set-up that is missing first.
 # N: number of MPI ranks. RESULTS: folder of all results. SETTINGS: overrides for every case, such as
-# SETTINGS="mesh.size_um=2 load.factor=2". ARGS: further arguments of a study or of the tests, such as ARGS=--fresh.
+# SETTINGS="mesh.size_um=4 load.factor=2". ARGS: further arguments of a study or of the tests, such as ARGS=--fresh.
 N ?= 2
 RESULTS ?= results
 SETTINGS ?=
@@ -122,7 +122,7 @@ $(CALIBRATED:%=shapes-%): shapes-%: setup
 	$(PLOTS) fig3 --study studies/$*.toml --results $(RESULTS)/$* --out $(FIGURES) --stem $*-shapes
 
 figures-smoke: ## all of `make paper` on a coarse mesh, in minutes, into results/smoke
-	@$(MAKE) paper RESULTS=results/smoke SETTINGS="mesh.size_um=2 time.rtol=1e-2"
+	@$(MAKE) paper RESULTS=results/smoke SETTINGS="mesh.size_um=6 time.rtol=1e-2"
 
 lint: setup ## ruff and mypy
 	$(PYTHON) -m ruff check .

@@ -38,35 +38,33 @@ SCENES: dict[str, dict[str, Any]] = {
     "S3": {"cell": {"law": "saint-venant"}, "layer": {**WET, "lamina": {"fluid_fraction": 0.7, "young_Pa": 10}}},
 }
 REFERENCE = {
-    "mesh": {"size_um": 0.2, "thin_layers": 4, "quadrature_degree": 6},
+    "mesh": {"size_um": 0.8, "thin_layers": 2, "quadrature_degree": 6},
     "contact": {"smoothing_um": 1.25e-5, "quadrature_degree": 19},
 }
-UNIFORM = {"outline": 1.0, "contact": 1.0, "core": 1.0, "far": 1.0, "rim": 1.0, "back": 1.0}
-BEFORE = Grading(
-    far=1.6, rim=1.6, back=1.6, contact=0.18, outline=0.2, core=0.58, growth=0.6, fade=0.2, deeper=0.4, along=0.12,
-    inside=0.0, core_radius=0.3,
-)  # fmt: skip
+UNIFORM = Grading(outline=1.0, contact=1.0, core=1.0, far=1.0, rim=1.0, back=1.0)
+SECOND = Grading(rim=0.37, deeper=0.35)  # the best for elements of second order
 # name -> scene, grading
 CANDIDATES: dict[str, tuple[dict[str, Any], Grading]] = {
     "default": ({}, Grading()),
-    "one element across thin layers": ({"mesh": {"thin_layers": 1}}, Grading()),
-    "three across": ({"mesh": {"thin_layers": 3}}, Grading()),
-    "size 0.85": ({"mesh": {"size_um": 0.85}}, Grading()),
+    "size 1.7": ({"mesh": {"size_um": 1.7}}, Grading()),
+    "size 3.4": ({"mesh": {"size_um": 3.4}}, Grading()),
+    "two elements across thin layers": ({"mesh": {"thin_layers": 2}}, Grading()),
+    "second order": ({"mesh": {"order": 2}}, Grading()),
+    "second order, graded for it": ({"mesh": {"order": 2}}, SECOND),
+    "second order, graded for it, as many unknowns": ({"mesh": {"order": 2, "size_um": 1.02}}, SECOND),
+    "third order, graded for second": ({}, SECOND),
     "pressure as an unknown": ({"mesh": {"pressure": "mixed"}}, Grading()),
-    "pressure as an unknown, size 0.85": ({"mesh": {"pressure": "mixed", "size_um": 0.85}}, Grading()),
-    "size 0.42": ({"mesh": {"size_um": 0.42}}, Grading()),
-    "graded as before": ({"mesh": {"thin_layers": 1}}, BEFORE),
-    "graded as before, as many unknowns": ({"mesh": {"size_um": 0.285}}, BEFORE),
-    "uniform, as many unknowns": ({"mesh": {"size_um": 0.26}}, Grading(**UNIFORM)),
-    "uniform, four times as many": ({"mesh": {"size_um": 0.13}}, Grading(**UNIFORM)),
+    "uniform, as many unknowns": ({"mesh": {"size_um": 0.6}}, UNIFORM),
+    "uniform, four times as many": ({"mesh": {"size_um": 0.29}}, UNIFORM),
     "smoothing 0.005": ({"contact": {"smoothing_um": 0.005}}, Grading()),
     "smoothing 0.0005": ({"contact": {"smoothing_um": 0.0005}}, Grading()),
+    "smoothing 1e-05": ({"contact": {"smoothing_um": 1e-5}}, Grading()),
     "bulk quadrature 3": ({"mesh": {"quadrature_degree": 3}}, Grading()),
     "bulk quadrature 6": ({"mesh": {"quadrature_degree": 6}}, Grading()),
     "contact quadrature 5": ({"contact": {"quadrature_degree": 5}}, Grading()),
     "contact quadrature 19": ({"contact": {"quadrature_degree": 19}}, Grading()),
 }
-SIZES = (1.2, 0.85, 0.6, 0.42, 0.3)
+SIZES = (4.8, 3.4, 2.4, 1.7, 1.2)
 WATCHED = {  # what the convergence table shows: maxima on the lamina's surface, at the contact edge, inside; means
     "lamina σ, on its surface": "lamina.sigma_mises_max_Pa",
     "lamina J1, on its surface": "lamina.J1_max",

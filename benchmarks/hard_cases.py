@@ -33,7 +33,7 @@ STOPS = {
 SPREAD = 0.05  # of the collapse loads of three meshes
 UNBALANCED = 1e-6  # of the weight, between it and the contact force of a solved case
 ENERGY = 0.1  # of the work of gravity, between in and out; 0.07 was met where 20 times the load is there at once
-PLAIN_SIZE, PLAIN_STEP_S, PLAIN_LIMIT_S = 0.9, 500.0, 300.0  # as many cells as the study's; 20 steps a ramp
+PLAIN_SIZE, PLAIN_STEP_S, PLAIN_LIMIT_S = 0.9, 500.0, 120.0  # as many cells as the study's; 20 steps a ramp
 INSIDE_OUT = ("nucleoplasm", "lamina", "cytosol", "membrane")
 
 
@@ -109,7 +109,7 @@ def plain(scene: Mapping[str, Any]) -> dict[str, Any]:
     numbers = numbers_for_plain(scene)
     if numbers is None:
         return {"plain": "–", "plain_newton": "–", "plain_wall_s": "–"}
-    size = max(PLAIN_SIZE, 0.75 * scene["mesh"]["size_um"])
+    size = max(PLAIN_SIZE, 0.25 * scene["mesh"]["size_um"])
     command = [sys.executable, str(HERE / "plain.py"), f"{size:g}", json.dumps(numbers)]
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=PLAIN_LIMIT_S)

@@ -67,7 +67,8 @@ def cell(nu: float, size: float, form: str) -> dict[str, float]:
 
 def set_up(nu: float, size: float, pressure: str) -> Setup:
     """The Table 1 cell, its end state asked for."""
-    settings = {"cell.poisson": nu, "mesh.size_um": size, "time.history": "false", "mesh.pressure": pressure}
+    settings = {"cell.poisson": nu, "mesh.size_um": size, "mesh.order": 2, "mesh.pressure": pressure}
+    settings |= {"time.history": "false"}
     study = load_study(None, [f"{key}={value}" for key, value in settings.items()])
     return Setup(study.cases[0].scene, MPI.COMM_SELF, mesh_plan(study.cases))
 

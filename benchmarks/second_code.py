@@ -31,9 +31,9 @@ MEANS = [f"{r}.{q}" for r in ("lamina", "nucleoplasm") for q in ("sigma_mises_me
 EXTRAS = ["lamina.J2_max", "nucleoplasm.J2_max", *MEANS, "lamina.det_F_min", "nucleoplasm.det_F_min"]
 ALLOWED = 0.5  # percent
 SETTLED = ALLOWED / 5
-FINE = ("mesh.size_um=0.3",)
-P2 = Level(far=1.0, near=0.1, lamina=0.1, order=2)  # the package's element on about the package's mesh
-P3 = Level(far=1.0, near=0.1, lamina=0.1, order=3)
+FINE = ("mesh.size_um=1.2",)
+P2 = Level(far=1.0, near=0.1, lamina=0.1, order=2)
+P3 = Level(far=1.0, near=0.1, lamina=0.1, order=3)  # the package's element, on a mesh of its own
 P4 = Level(far=0.5, near=0.1, lamina=0.1, order=4)
 FINEST = Level(far=0.35, near=0.07, lamina=0.05, order=4)
 
@@ -132,7 +132,7 @@ def main() -> int:
     for law in arguments.laws:
         default = package(arguments.out, f"{law}-default", law)
         fine = package(arguments.out, f"{law}-fine", law, *FINE)
-        print(f"cellmech {law}: {default['mesh_cells']} and {fine['mesh_cells']} triangles of order 2", flush=True)
+        print(f"cellmech {law}: {default['mesh_cells']} and {fine['mesh_cells']} triangles of order 3", flush=True)
         reference = second(default["scene"], P4)
         if law == "neo-hookean":
             settled = convergence(default["scene"], reference)

@@ -25,7 +25,7 @@ MESH_RATIO = math.sqrt(2.0)  # between the sizes of neighbouring meshes
 TIME_RATIO, TIME_ORDER = 10.0, 2 / 3  # of the tolerance; local-error control of a second-order method gives rtol^(2/3)
 SMOOTHING_RATIO, SMOOTHING_ORDER = 4.0, 1.0
 PENALTY_RATIO = 4.0
-ORDERS = (1.0, 4.0)  # observed orders of the mesh that an extrapolation is trusted with; P2 strains have 2
+ORDERS = (1.0, 5.0)  # observed orders of the mesh that an extrapolation is trusted with; strains of P3 have 3
 BUDGET, SMALL, SMALL_BUDGET = 0.01, 1e-4, 1e-6  # 1 % of |q - q0|; for a J with |q - q0| below SMALL, absolute
 
 TABLES = ("share_of_area_percent", "share_of_max", "share_of_integral", "shape_index", "contact", "energy")

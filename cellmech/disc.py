@@ -43,14 +43,14 @@ class Grading:
     """
 
     far: float = 1.28
-    rim: float = 0.37
+    rim: float = 0.2
     back: float = 0.35
     contact: float = 0.056
     outline: float = 0.128
     core: float = 0.376
     growth: float = 0.55
     fade: float = 0.2
-    deeper: float = 0.35
+    deeper: float = 0.5
     along: float = 0.1
     zone: float = 0.33
     inside: float = 0.7
@@ -93,11 +93,11 @@ class DiscSpec:
         ("membrane", 10.0),
     )
     nucleus_radius_um: float = 5.0
-    size_um: float = 0.6
+    size_um: float = 2.4
     contact_size_um: float | None = None
     outline_size_um: float | None = None
     order: int = 2
-    thin_layers: int = 2
+    thin_layers: int = 1
     touch: tuple[tuple[float, float], ...] | None = None
     contact_zone_um: float | None = None
     grading: Grading = Grading()

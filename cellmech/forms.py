@@ -22,6 +22,7 @@ from mpi4py import MPI
 from cellmech import fenicsx
 
 COMPILER_ARGUMENTS = ["-O2", "-g0"]
+_looked_at: dict[Path, int] = {}  # when each cache directory last changed before it was looked through [ns]
 
 
 def cache_directory() -> Path:
@@ -40,9 +41,11 @@ def _compiling(comm: MPI.Comm) -> Iterator[dict[str, Any]]:
     directory.mkdir(parents=True, exist_ok=True)
     with open(directory / "lock", "w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        for source in directory.glob("libffcx_*.c"):
-            if not source.with_suffix(".c.cached").exists():
-                source.unlink()
+        if _looked_at.get(directory) != directory.stat().st_mtime_ns:
+            for source in directory.glob("libffcx_*.c"):
+                if not source.with_suffix(".c.cached").exists():
+                    source.unlink()
+            _looked_at[directory] = directory.stat().st_mtime_ns
         with _quiet():
             yield options
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from cellmech.ellipticity import yeoh_bounds
 from cellmech.run import Run
-from cellmech.scene import LAYER_NAMES, Scene
-from cellmech.setup import M_S2, MIXED_ABOVE, Setup, material, mixed_layers, relaxation_s
+from cellmech.scene import LAYER_NAMES, MIXED_ABOVE, Mesh, Scene
+from cellmech.setup import M_S2, Setup, material, mixed_layers, relaxation_s
 
 AT_REST = 20.0  # relaxation times after which the fluid's stress is below the Newton tolerance
 NO_INERTIA = 1e-9  # of the weight: rho a below it is below the Newton tolerance
@@ -94,7 +94,7 @@ def _yeoh_warning(scene: Scene) -> dict[str, str]:
 
 
 def _locking_warning(scene: Scene) -> dict[str, str]:
-    stiff = [n for n in LAYER_NAMES if scene.layer_poisson(n) > MIXED_ABOVE and n not in mixed_layers(scene)]
+    stiff = [name for name in scene.nearly_incompressible() if name not in mixed_layers(scene)]
     if not stiff:
         return {}
     why = 'mesh.pressure is "none"' if scene.mesh.order == 2 else f"mesh.order is {scene.mesh.order}"
@@ -117,6 +117,12 @@ def _hints(setup: Setup) -> dict[str, str]:
     rest_s = scene.time.end_s - scene.ramp_end_s
     if scene.time.history and not cell.inertia and rest_s > AT_REST * relaxation_s(scene):
         hints["history"] = "time.history = false finds the same end state directly, without what happens on the way"
+    third, second = Mesh().size_um, Mesh(order=2).size_um
+    if mixed_layers(scene) and scene.mesh.size_um > 2 * second:
+        hints["mesh"] = (
+            "a pressure of its own takes elements of second order, which are as accurate at "
+            f"mesh.size_um = {second:g} as those of third order at {third:g}"
+        )
     if cell.inertia and symmetric and setup.place.touch and cell.gap_um == 0 and scene.load.half_ramp_s > 0:
         gravity_um_s2 = scene.load.gravity_m_s2 * M_S2 * scene.load.factor
         share = scene.radius_um / scene.load.half_ramp_s**2 / gravity_um_s2 if gravity_um_s2 else math.inf
@@ -131,7 +137,7 @@ def _describe_pressure(scene: Scene, modelled: dict[str, str], left: dict[str, s
         why = "asked for" if scene.mesh.pressure == "mixed" else f"Poisson's ratio above {MIXED_ABOVE:g}"
         names = ", ".join(n for n in LAYER_NAMES if n in mixed)
         modelled["pressure"] = f"an unknown of its own in {names}, linear in each element ({why}); P2 with a bubble"
-    elif all(scene.layer_poisson(n) <= MIXED_ABOVE for n in LAYER_NAMES):
+    elif not scene.nearly_incompressible():
         why = f"no layer's Poisson's ratio is above {MIXED_ABOVE:g}: a displacement alone does not lock"
         left["pressure as an unknown"] = why
     else:

@@ -28,8 +28,11 @@ from cellmech.scene_parts import (
 )
 from cellmech.scene_rules import breaches
 
+MIXED_ABOVE = 0.45  # Poisson's ratio; at 0.47 P2's largest pressure is off by 15 % on 800 cells (benchmarks/locking.py)
+
 __all__ = [
     "LAYER_NAMES",
+    "MIXED_ABOVE",
     "Cell",
     "Contact",
     "Flat",
@@ -73,6 +76,16 @@ class Scene(Table):
     output: Output = Output()
 
     @model_validator(mode="after")
+    def _order_with_a_mixed_form(self) -> Self:
+        """Second order where a pressure is to be an unknown of its own and the scene names no order."""
+        mesh, written = self.mesh, self.mesh.model_fields_set
+        wanted = mesh.pressure == "mixed" or (mesh.pressure == "auto" and self.nearly_incompressible())
+        if wanted and "order" not in written:
+            second = Mesh.model_validate({"order": 2} | {name: getattr(mesh, name) for name in written})
+            object.__setattr__(self, "mesh", second)
+        return self
+
+    @model_validator(mode="after")
     def _keeps_the_rules(self) -> Self:
         breach = next(breaches(self), None)
         if breach is not None:
@@ -92,6 +105,10 @@ class Scene(Table):
         """Poisson's ratio of that layer, the cell's where it has none of its own [-]."""
         own = self.layer_of(name).poisson
         return self.cell.poisson if own is None else own
+
+    def nearly_incompressible(self) -> tuple[LayerName, ...]:
+        """Layers in which a displacement alone may lock, from the outermost in."""
+        return tuple(name for name in LAYER_NAMES if self.layer_poisson(name) > MIXED_ABOVE)
 
     def laws(self) -> tuple[Law, ...]:
         """The laws in use, without repetition, from the outermost layer in."""

@@ -18,7 +18,8 @@ LAYER_NAMES: tuple[LayerName, ...] = get_args(LayerName)  # from the outside in
 
 # The upper bounds lie far outside anything a cell can be; they keep products of inputs inside a double's range.
 LARGEST_UM = 1e5
-THIRD_ORDER_UM = 2.4  # default size of elements of third order
+# Defaults of the elements by the displacement's order, of one accuracy (benchmarks/accuracy.py).
+SECOND_ORDER: dict[str, float] = {"size_um": 0.6, "thin_layers": 2}
 Length = Annotated[float, Number("µm", above=0, most=LARGEST_UM)]
 Position = Annotated[float, Number("µm", least=-LARGEST_UM, most=LARGEST_UM)]
 Density = Annotated[float, Number("kg/m3", least=0, most=1e6)]
@@ -150,27 +151,26 @@ class Time(Table):
 
 
 class Mesh(Table):
-    """Element sizes and the order of the displacement; the defaults of both are of one accuracy for each order.
+    """Element sizes and the order of the displacement.
 
     `contact_size_um` is the size at the contact zone, chosen by the mesh module where it is None; `thin_layers`
-    the number of elements across each thin layer. `quadrature_degree` is that of the bulk terms.
-    `pressure` says in which layers the solid's pressure is an unknown of its own, against locking: where it is nearly
-    incompressible, nowhere, or everywhere.
+    the number of elements across each thin layer. `quadrature_degree` is that of the bulk terms. The defaults are those
+    of third order; below it elements are a quarter as large, and two lie across a thin layer.
+    `pressure` makes the pressure an unknown of its own: "auto" in nearly incompressible layers, "mixed" in all, "none"
+    in none. Such a scene is of second order, the only one with a mixed form, unless it says otherwise.
     """
 
-    size_um: Length = 0.6
+    size_um: Length = 2.4
     contact_size_um: Length | None = None
-    thin_layers: Annotated[int, Whole(1, 8)] = 2
-    order: Annotated[int, Whole(1, 3)] = 2
+    thin_layers: Annotated[int, Whole(1, 8)] = 1
+    order: Annotated[int, Whole(1, 3)] = 3
     quadrature_degree: Annotated[int, Whole(1, 20)] = 4
     pressure: Annotated[Literal["auto", "none", "mixed"], Choice()] = "auto"
 
     @model_validator(mode="before")
     @classmethod
     def _sizes_of_order(cls, data: object) -> object:
-        """Elements of third order may be four times as large, and one is enough across a thin layer."""
-        third = isinstance(data, dict) and data.get("order") == 3
-        return {"size_um": THIRD_ORDER_UM, "thin_layers": 1, **data} if third else data  # type: ignore[dict-item]
+        return {**SECOND_ORDER, **data} if isinstance(data, dict) and data.get("order") in (1, 2) else data
 
 
 class Output(Table):

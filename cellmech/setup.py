@@ -36,7 +36,6 @@ KG_M3 = 1e-12  # kg/m^3 in Pa s^2/µm^2
 M_S2 = 1e6  # m/s^2 in µm/s^2
 
 ZONE_OVER_HERTZ = 1.32  # on Table 1 the contact edge lies at 0.9 of Hertz's half-width, the membrane's peaks beyond it
-MIXED_ABOVE = 0.45  # Poisson's ratio; at 0.47 P2's largest pressure is off by 15 % on 800 cells (benchmarks/locking.py)
 NEAR = 5e-4  # of the radius: an obstacle that near is modelled from the start
 LOAD_STEPS = 20  # reported equilibria of a ramp when nothing depends on rate
 INSIDE_OUT: tuple[LayerName, ...] = tuple(reversed(LAYER_NAMES))
@@ -107,8 +106,9 @@ def mixed_layers(scene: Scene) -> frozenset[LayerName]:
     """
     if scene.mesh.pressure == "none" or scene.mesh.order != 2:
         return frozenset()
-    wanted = frozenset(n for n in LAYER_NAMES if scene.layer_poisson(n) > MIXED_ABOVE or scene.mesh.pressure == "mixed")
-    return frozenset(LAYER_NAMES) if wanted and scene.cell.layers == "smeared" else wanted
+    wanted = scene.nearly_incompressible()
+    everywhere = scene.mesh.pressure == "mixed" or (wanted and scene.cell.layers == "smeared")
+    return frozenset(LAYER_NAMES if everywhere else wanted)
 
 
 def relaxation_s(scene: Scene) -> float:

@@ -6,7 +6,7 @@ from cli.programs import ROOT, program
 STUDY = """
 title = "killed"
 [mesh]
-size_um = 3.0
+size_um = 6.0
 [time]
 rtol = 0.02
 [sweep]

@@ -13,7 +13,7 @@ from cli.programs import ROOT, end, program, start
 FIG2 = ROOT / "studies/fig2.toml"
 COARSE = (
     "--set",
-    "mesh.size_um=3",
+    "mesh.size_um=6",
     "time.end_s=300",
     "time.rtol=0.05",
     "load.half_ramp_s=100",

@@ -9,7 +9,7 @@ pytestmark = pytest.mark.mpi
 
 STUDY = """
 [mesh]
-size_um = 3
+size_um = 6
 [time]
 rtol = 0.5
 end_s = 40

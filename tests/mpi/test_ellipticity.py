@@ -23,7 +23,7 @@ comm = MPI.COMM_WORLD
 found = []
 for law in ("saint-venant", "neo-hookean", "yeoh"):
     layers = {"cytosol": {"law": law}, "lamina": {"law": "saint-venant"}}
-    case = Case("case", read_scene({"mesh": {"size_um": 1.5}, "layer": layers}, "test"))
+    case = Case("case", read_scene({"mesh": {"size_um": 3.0}, "layer": layers}, "test"))
     setup = Setup(case.scene, comm, mesh_plan([case]))
     run = setup.create_run(lambda line: None)
     x = run.body.space.tabulate_dof_coordinates()[:, :2] / 10.0

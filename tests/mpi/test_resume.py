@@ -12,7 +12,7 @@ from kill_sweep import kill_all
 
 pytestmark = pytest.mark.mpi
 
-SCENE = 'title = "half"\n[mesh]\nsize_um = 2.0\n[time]\nrtol = 1e-2\n'
+SCENE = 'title = "half"\n[mesh]\nsize_um = 4.0\n[time]\nrtol = 1e-2\n'
 
 
 def history(path):

@@ -13,14 +13,14 @@ from cellmech.study_file import Case
 
 SCENES = {
     "fluid": {},
-    "inertia": {"cell": {"inertia": True}, "load": {"factor": 3.0}, "mesh": {"size_um": 3.0}, "time": {"rtol": 0.05}},
+    "inertia": {"cell": {"inertia": True}, "load": {"factor": 3.0}, "mesh": {"size_um": 6.0}, "time": {"rtol": 0.05}},
     "comes-into-reach": {
         "pillar": [{"half_width_um": 3.0}, {"x_um": 8.0, "half_width_um": 3.0, "height_um": 8.5}],
         "load": {"factor": 8.0},
     },
     "solid": {"layer": {name: {"fluid_fraction": 0.0} for name in ("membrane", "cytosol", "lamina", "nucleoplasm")}},
     "mixed": {"cell": {"poisson": 0.499}},
-    "full": {"cell": {"shape": "full"}, "mesh": {"size_um": 3.0}},
+    "full": {"cell": {"shape": "full"}, "mesh": {"size_um": 6.0}},
 }
 
 
@@ -29,7 +29,7 @@ class Stop(Exception):
 
 
 def case_of(name):
-    data = {"mesh": {"size_um": 2.0}, "time": {"rtol": 1e-2}, "output": {"times_s": [4000.0]}} | SCENES[name]
+    data = {"mesh": {"size_um": 4.0}, "time": {"rtol": 1e-2}, "output": {"times_s": [4000.0]}} | SCENES[name]
     return Case(name, read_scene(data, "test"))
 
 
@@ -85,7 +85,7 @@ def test_unusable_checkpoint_is_told_of_and_the_case_solved_from_the_start(damag
     elif damage == "history gone":
         (path / "history.csv").unlink()
     elif damage == "other mesh":
-        mesh = case.scene.mesh.model_copy(update={"size_um": 1.7})
+        mesh = case.scene.mesh.model_copy(update={"size_um": 3.4})
         finer = Case("finer", case.scene.model_copy(update={"mesh": mesh}))
         assert solve(finer, tmp_path / "finer", stop_after=13) is None
         shutil.copy(tmp_path / "finer" / CHECKPOINT, checkpoint)

@@ -14,7 +14,7 @@ SHORT = {"end_s": 10400.0}  # 15 relaxation times after the ramp
 
 
 def model_of(**tables):
-    scene = read_scene({"mesh": {"size_um": 4.0}, **tables}, "test")
+    scene = read_scene({"mesh": {"size_um": 8.0}, **tables}, "test")
     return describe_model(Setup(scene, MPI.COMM_SELF, mesh_plan([Case("case", scene)])))
 
 

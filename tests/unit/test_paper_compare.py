@@ -234,7 +234,7 @@ class TestFiles:
         printed = capsys.readouterr().out
         assert "67 printed numbers" in printed and "Typical (median) ours/printed" in printed
         assert all(line in text for line in printed.splitlines()[:-2])
-        assert "1,230 elements of order 2" in text and "sources 0123456789" in text
+        assert "1,230 elements of order 3" in text and "sources 0123456789" in text
 
     def test_a_row_with_an_unknown_key_is_refused(self, tmp_path: Path) -> None:
         path = tmp_path / "numbers.toml"

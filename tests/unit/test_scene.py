@@ -47,7 +47,7 @@ def test_defaults_are_table_1():
     assert scene.flat is not None
     assert scene.flat.y_um == -10
     assert (scene.load.gravity_m_s2, scene.load.half_ramp_s, scene.ramp_end_s) == (9.81, 5000, 10000)
-    assert (scene.contact.penalty_Pa_per_um, scene.time.end_s, scene.mesh.order) == (50, 18000, 2)
+    assert (scene.contact.penalty_Pa_per_um, scene.time.end_s, scene.mesh.order) == (50, 18000, 3)
 
 
 def test_derived_radii_are_the_layers_boundaries():
@@ -155,7 +155,7 @@ BAD_VALUES = [
     ("mesh.size_um = 0", "mesh.size_um", "> 0 and <= 100000 µm", "0"),
     ("mesh.size_um = 10.5", "mesh.size_um", "the cell's radius, 10 µm", "10.5"),
     ("mesh.size_um = 1e-3", "mesh.size_um", "must be from 0.0085 µm (about 5e+06 triangles)", "0.001"),
-    ("mesh.contact_size_um = 0.7", "mesh.contact_size_um", "to mesh.size_um = 0.6 µm", "0.7"),
+    ("mesh.contact_size_um = 2.5", "mesh.contact_size_um", "to mesh.size_um = 2.4 µm", "2.5"),
     ("mesh.contact_size_um = 1e-5", "mesh.contact_size_um", "must be from 0.0001", "1e-05"),
     ("mesh.thin_layers = 0", "mesh.thin_layers", "a whole number from 1 to 8", "0"),
     ("mesh.thin_layers = 1.0", "mesh.thin_layers", "a whole number from 1 to 8", "1.0"),

@@ -17,7 +17,7 @@ from cellmech.study_file import Case
 
 
 def scene_of(**tables):
-    return read_scene({"mesh": {"size_um": 3.0}, **tables}, "test")
+    return read_scene({"mesh": {"size_um": 6.0}, **tables}, "test")
 
 
 def setup_of(scene):

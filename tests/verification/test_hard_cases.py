@@ -20,7 +20,7 @@ SPEC.loader.exec_module(hard_cases)
 
 CASES = {case.name: case for case in load_study(ROOT / "studies" / "hard-cases.toml").cases}
 MOST_NEWTON = {
-    "02 collapse 1.2 um": 1500,
+    "02 collapse 3.4 um": 1500,
     "03 lamina 1e5 Pa": 900,
     "05 penalty x 1e4 end state": 320,
     "09 mooney-rivlin x 50 end state": 300,
@@ -30,7 +30,7 @@ MOST_NEWTON = {
 
 
 def solve(case, path):
-    scene = case.scene.model_copy(update={"mesh": case.scene.mesh.model_copy(update={"size_um": 2.0})})
+    scene = case.scene.model_copy(update={"mesh": case.scene.mesh.model_copy(update={"size_um": 4.0})})
     coarse = type(case)(case.name, scene)
     folder = CaseFolder(path, True, "k")
     result = solve_case(coarse, folder, MPI.COMM_SELF, mesh_plan([coarse]), lambda progress: None)

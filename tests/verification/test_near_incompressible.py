@@ -93,7 +93,7 @@ def test_pressure_is_an_unknown_only_where_it_must_be(tables, mixed):
     merged = {"nucleus": {"nucleoplasm", "lamina"}, "cytoplasm": {"cytosol", "membrane"}}
     assert set().union(*(merged.get(name, {name}) for name in found)) == mixed, apart
     nodes = len(setup.body.space.element.interpolation_points())
-    assert nodes == (7 if mixed else 3 if tables.get("mesh", {}).get("order") == 1 else 6)
+    assert nodes == (7 if mixed else 3 if tables.get("mesh", {}).get("order") == 1 else 10)
     assert (setup.body.pressure_space is not None) == bool(mixed)
 
 

@@ -310,7 +310,7 @@ def test_field_file_has_every_element_as_it_is(observers, tmp_path, which, trian
 
 
 def end_state(folder, shape):
-    scene = {"cell": {"shape": shape}, "mesh": {"size_um": 2.0}, "time": {"history": False}}
+    scene = {"cell": {"shape": shape}, "mesh": {"size_um": 4.0}, "time": {"history": False}}
     case = Case(shape, read_scene(scene, "test"))
     files = CaseFolder(folder / shape, lead=True)
     result = solve_case(case, files, MPI.COMM_SELF, mesh_plan([case]), lambda progress: None)

@@ -13,7 +13,7 @@ from cellmech.records import CaseFolder
 from cellmech.scene_file import read_scene
 from cellmech.study_file import Case
 
-COARSE = {"mesh": {"size_um": 2.0}}
+COARSE = {"mesh": {"size_um": 4.0}}
 END_ONLY = {**COARSE, "time": {"history": False}}
 
 
@@ -55,7 +55,7 @@ def test_load_beyond_the_stable_range_stops_at_the_last_stable_state(law, factor
     first = re.match(f"{when}: {where}", result["reason"])
     assert first, result["reason"]
     assert float(first[1]) > result["t_s"] > 1000.0
-    assert -1.5 < float(first[2]) < 0 < result["stability"]["margin"] < 0.5
+    assert -1.5 < float(first[2]) < 0 < result["stability"]["margin"] < 0.6
     assert "the material is stable everywhere: margin" in result["reason"]
     with open(tmp_path / "history.csv", newline="") as file:
         rows = list(csv.DictReader(file))
