@@ -25,9 +25,10 @@ from mpi4py import MPI
 
 from cellmech.case import mesh_plan
 from cellmech.domain import Domain
-from cellmech.energies import lame, neo_hookean
+from cellmech.energies import neo_hookean
 from cellmech.forms import displacement_space, pressure_space
 from cellmech.materials import Material, mixtures
+from cellmech.moduli import lame
 from cellmech.observables import Observer
 from cellmech.residual import Body, State
 from cellmech.setup import Setup

@@ -10,8 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-DISPLACEMENT_FLOOR_UM = 1e-3  # errors are relative to the largest displacement so far, but never to less than this
-
 
 def coefficients(steps: Sequence[float]) -> tuple[float, float, float]:
     """(a0, a1, a2) [1/s] with du/dt at t = a0 u(t) + a1 u(t - h) + a2 u(t - h - h_n).

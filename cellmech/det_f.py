@@ -17,21 +17,26 @@ class DetFWatch:
 
     def __init__(self, body: Body, state: State) -> None:
         mesh = body.domain.mesh
-        points = np.vstack([quadrature(body.bulk_degree)[0], node_points(body.space)])
-        self._values = PointValues(ufl.det(deformation_gradient(state.u)), points, mesh.comm)
+        inside = quadrature(body.bulk_degree)[0]
+        points = np.vstack([inside, node_points(body.space)])
+        det_F = ufl.det(deformation_gradient(state.u))
+        self._everywhere, self._inside = (PointValues(det_F, at, mesh.comm) for at in (points, inside))
         self._cells = np.arange(mesh.topology.index_map(2).size_local, dtype=np.int32)
-        self._place = PointValues(ufl.SpatialCoordinate(mesh), points, mesh.comm)(self._cells).reshape(-1, 2)
+        self._place = PointValues(ufl.SpatialCoordinate(mesh), points, mesh.comm)(self._cells)
         self._comm = mesh.comm
         self.worst: tuple[float, float, float] | None = None
 
-    def admissible(self, least: float = 0.0) -> bool:
-        """Whether det F > least at every point on every rank (collective); remembers the worst point if not."""
-        values = self._values(self._cells).ravel()
-        k = int(np.argmin(values)) if len(values) else -1  # a NaN counts as the least
+    def admissible(self, least: float = 0.0, on_the_way: bool = False) -> bool:
+        """Whether det F > least at every point on every rank (collective); remembers the worst point if not.
+
+        On the way to a solution the quadrature points are enough.
+        """
+        values = (self._inside if on_the_way else self._everywhere)(self._cells)[..., 0]
         mine = (np.inf, 0.0, 0.0)
-        if k >= 0:
+        if values.size:
+            k = np.unravel_index(np.argmin(values), values.shape)  # a NaN counts as the least
             value = float(values[k]) if np.isfinite(values[k]) else -np.inf
-            mine = (value, float(self._place[k, 0]), float(self._place[k, 1]))
+            mine = (value, float(self._place[k][0]), float(self._place[k][1]))
         if self._comm.size > 1:
             mine = min(self._comm.allgather(mine))
         if mine[0] > least:

@@ -123,15 +123,3 @@ def mixed_energy_and_stress(law: Law, E, p, *, lmbda, **constants):
     C = Invariants(variable)
     W = law(C, lmbda=0.0, **constants) + p * VOLUMETRIC[law].of(C) - p**2 / (2 * lmbda)
     return W, ufl.diff(W, variable)
-
-
-def lame(young: float, poisson: float, printed: bool = False) -> tuple[float, float]:
-    """lambda and mu [Pa] from E [Pa] and nu [-] (eq. 17).
-
-    Args:
-        young: Young's modulus [Pa].
-        poisson: Poisson's ratio [-].
-        printed: take lambda = E nu/(1 - 2 nu), as eq. 17 prints it, instead of E nu/((1 + nu)(1 - 2 nu)).
-    """
-    factor = 1.0 if printed else 1.0 + poisson
-    return young * poisson / (factor * (1 - 2 * poisson)), young / (2 * (1 + poisson))

@@ -117,13 +117,21 @@ class Choice:
 
 @dataclass(frozen=True)
 class Flag:
-    """A boolean: 0, 1 and "yes" are refused rather than guessed at."""
+    """A boolean, or one of some words: 0, 1 and "yes" are refused rather than guessed at.
 
-    def check(self, value: object) -> bool:
-        """`value` if it is a boolean."""
-        if not isinstance(value, bool):
-            raise broken("must be true or false", "Written small and without quotes.")
-        return value
+    Args:
+        words: strings that will do as well.
+    """
+
+    words: tuple[str, ...] = ()
+
+    def check(self, value: object) -> bool | str:
+        """`value` if it is a boolean or one of the words."""
+        if isinstance(value, bool) or (isinstance(value, str) and value in self.words):
+            return value
+        rule = ", ".join(["must be true", *(["false"] if self.words else [])])
+        others = " or ".join([f'"{word}"' for word in self.words] or ["false"])
+        raise broken(f"{rule} or {others}", "true and false are written small and without quotes.")
 
     def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
         """Hook of pydantic."""

@@ -128,15 +128,17 @@ def mixtures(
 def _mixture(domain: Domain, names: tuple[str, ...], materials: Mapping[str, Material], blend: Any) -> Mixture:
     members = {name: material.numbers() for name, material in materials.items()}
     keys = next(iter(members.values()))
+    apart = len(members) > 1 and blend is None
+    space = cellwise_space(domain.mesh) if apart else None
     coefficients = {}
     for key in keys:
         values = {name: numbers[key] for name, numbers in members.items()}
-        if len(values) == 1 or (blend is not None and len(set(values.values())) == 1):
+        if apart:
+            coefficients[key] = _piecewise(domain, space, values)
+        elif len(set(values.values())) == 1:
             coefficients[key] = fem.Constant(domain.mesh, float(next(iter(values.values()))))
-        elif blend is not None:
-            coefficients[key] = sum(fem.Constant(domain.mesh, float(values[n])) * blend[n] for n in values)
         else:
-            coefficients[key] = _piecewise(domain, values)
+            coefficients[key] = sum(fem.Constant(domain.mesh, float(values[n])) * blend[n] for n in values)
     return Mixture(
         names=names,
         law=next(iter(materials.values())).law,
@@ -149,9 +151,9 @@ def _mixture(domain: Domain, names: tuple[str, ...], materials: Mapping[str, Mat
     )
 
 
-def _piecewise(domain: Domain, values: Mapping[str, float]) -> fem.Function:
+def _piecewise(domain: Domain, space: Any, values: Mapping[str, float]) -> fem.Function:
     """A cell-wise constant function with the given value on each named group."""
-    function = fem.Function(cellwise_space(domain.mesh))
+    function = fem.Function(space)
     tags = domain.cell_tags
     for name, value in values.items():
         cells = tags.indices[tags.values == domain.cells[name]]

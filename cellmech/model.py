@@ -8,10 +8,9 @@ from dataclasses import dataclass
 
 from cellmech.ellipticity import yeoh_bounds
 from cellmech.run import Run
-from cellmech.scene import LAYER_NAMES, MIXED_ABOVE, Mesh, Scene
-from cellmech.setup import M_S2, Setup, material, mixed_layers, relaxation_s
+from cellmech.scene import AT_REST, LAYER_NAMES, MIXED_ABOVE, Mesh, Scene
+from cellmech.setup import M_S2, Setup, material, mixed_layers
 
-AT_REST = 20.0  # relaxation times after which the fluid's stress is below the Newton tolerance
 NO_INERTIA = 1e-9  # of the weight: rho a below it is below the Newton tolerance
 
 
@@ -46,6 +45,7 @@ def describe_model(setup: Setup, run: Run | None = None) -> Model:
     for law in scene.laws():
         names = [n for n in LAYER_NAMES if scene.layer_law(n) == law]
         modelled[law] = f"solid phase of {', '.join(names)}"
+    modelled["displacement"] = _elements(scene)
     _describe_pressure(scene, modelled, left)
     wet = [n for n in LAYER_NAMES if material(scene, n).rate_dependent]
     if wet:
@@ -55,7 +55,7 @@ def describe_model(setup: Setup, run: Run | None = None) -> Model:
     else:
         left["fluid phase"] = (
             "time.history is false: elastic equilibria, no energies of the way there; the fluid comes to rest in about "
-            f"{relaxation_s(scene):.3g} s, and the load does not change in the last "
+            f"{scene.relaxation_s:.3g} s, and the load does not change in the last "
             f"{max(scene.time.end_s - scene.ramp_end_s, 0):g} s"
         )
     if cell.layers == "smeared":
@@ -114,21 +114,29 @@ def _hints(setup: Setup) -> dict[str, str]:
             + (" about x = 0" if cell.centre_x_um else "")
             + ", which mirrors its pillars, gives the same numbers with half the unknowns"
         )
-    rest_s = scene.time.end_s - scene.ramp_end_s
-    if scene.time.history and not cell.inertia and rest_s > AT_REST * relaxation_s(scene):
+    if scene.time.history and not cell.inertia and scene.rest_s > AT_REST * scene.relaxation_s:
         hints["history"] = "time.history = false finds the same end state directly, without what happens on the way"
     third, second = Mesh().size_um, Mesh(order=2).size_um
-    if mixed_layers(scene) and scene.mesh.size_um > 2 * second:
-        hints["mesh"] = (
-            "a pressure of its own takes elements of second order, which are as accurate at "
-            f"mesh.size_um = {second:g} as those of third order at {third:g}"
-        )
+    if scene.mesh.order == 2 and scene.mesh.size_um > 2 * second:
+        hints["mesh"] = f"second order is as accurate at mesh.size_um = {second:g} as third order at {third:g}"
     if cell.inertia and symmetric and setup.place.touch and cell.gap_um == 0 and scene.load.half_ramp_s > 0:
         gravity_um_s2 = scene.load.gravity_m_s2 * M_S2 * scene.load.factor
         share = scene.radius_um / scene.load.half_ramp_s**2 / gravity_um_s2 if gravity_um_s2 else math.inf
         if share < NO_INERTIA:
             hints["inertia"] = f"rho a is below {share:.0e} of the weight: inertia = false gives the same numbers"
     return hints
+
+
+def _elements(scene: Scene) -> str:
+    """The displacement's order on the elements, and why it is not the third."""
+    order = scene.mesh.order
+    if order == 3:
+        return "third order on triangles with curved sides"
+    if order == 1:
+        return "first order on triangles"
+    mixed, fluid = mixed_layers(scene), scene.without_solid()
+    why = "a pressure of its own takes it" if mixed else f"{', '.join(fluid)} without solid" if fluid else "asked for"
+    return f"second order on triangles with curved sides ({why})"
 
 
 def _describe_pressure(scene: Scene, modelled: dict[str, str], left: dict[str, str]) -> None:

@@ -11,7 +11,6 @@ import numpy as np
 from mpi4py import MPI
 from scipy.optimize import brentq
 
-from cellmech import bdf
 from cellmech.contact import Obstacle
 from cellmech.energy import Ledger
 from cellmech.modes import RigidModes
@@ -64,6 +63,7 @@ class Schedule:
         rtol: tolerated relative local error of a step [-].
         ramp_end_s: end of the load ramp [s]; 0 when the load is switched on at once.
         load_steps: into how many a ramp is divided when nothing depends on rate; 0 for the landings only.
+        small_um: errors are relative to the largest displacement so far, but never to less than this [µm].
     """
 
     end_s: float
@@ -71,6 +71,7 @@ class Schedule:
     rtol: float = 1e-3
     ramp_end_s: float = 0.0
     load_steps: int = 20
+    small_um: float = 1e-3
 
     @property
     def scale_s(self) -> float:
@@ -191,18 +192,18 @@ class Run:
     def relative(self, error: np.ndarray) -> float:
         """Largest nodal length of an error [µm] over the largest displacement so far [-]. Collective."""
         self._largest_now = max(self.largest, self._largest_node(self.u))
-        return self._largest_node(error) / max(self._largest_now, bdf.DISPLACEMENT_FLOOR_UM)
+        return self._largest_node(error) / max(self._largest_now, self.schedule.small_um)
 
     def _largest_node(self, values: np.ndarray) -> float:
         """Largest length of a nodal vector over all ranks."""
         mine = float(np.sqrt(np.max(np.sum(values.reshape(-1, 2) ** 2, axis=1), initial=0.0)))
         return self.comm.allreduce(mine, op=MPI.MAX)
 
-    def solve(self, amplitude: float, from_rest: bool) -> Outcome:
+    def solve(self, amplitude: float, from_rest: bool, rough: bool = False, leap: bool = False) -> Outcome:
         """Solve at a load amplitude from the present displacement, or from rest, and count what it took."""
         if from_rest and self.body.density is None and self.body.obstacles:
             self.u[:] = self._rigid_guess(amplitude)
-        outcome = self.solver.solve(amplitude)
+        outcome = self.solver.solve(amplitude, rough=rough, leap=leap)
         self.totals.newton_iterations += outcome.iterations
         self.totals.factorisations += outcome.factorisations
         return outcome

@@ -95,10 +95,9 @@ class PressureGradient:
     def update(self) -> None:
         """Fit at the current state."""
         self.position = self._position(self._samples.cells)
-        x, p = self.position[:, self._from], self._samples.values[:, self._from, PRESSURE]
-        by_x = np.einsum("dep,cpi->cedi", self._slopes, x)  # [c, e, d, i]: dx_i/dxi_d
-        by_p = np.einsum("dep,cp->ced", self._slopes, p)
-        self.values = np.linalg.solve(by_x, by_p[..., None])[..., 0]
+        columns = [*np.moveaxis(self.position[:, self._from], 2, 0), self._samples.values[:, self._from, PRESSURE]]
+        (a, c), (b, d), (p, q) = (tuple(column @ slopes.T for slopes in self._slopes) for column in columns)
+        self.values = np.stack([p * d - q * b, q * a - p * c], axis=-1) / (a * d - b * c)[..., None]
 
 
 def _slopes(fitted: np.ndarray, at: np.ndarray, degree: int) -> np.ndarray:

@@ -5,11 +5,13 @@ Units are the file's (µm, Pa, s, kg/m3), as the names say; nothing is converted
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
 from cellmech.fields import Line, Whole, broken
+from cellmech.moduli import lame
 from cellmech.scene_parts import (
     LAYER_NAMES,
     Cell,
@@ -28,9 +30,11 @@ from cellmech.scene_parts import (
 )
 from cellmech.scene_rules import breaches
 
+AT_REST = 20.0  # relaxation times after which the fluid's stress is below the Newton tolerance
 MIXED_ABOVE = 0.45  # Poisson's ratio; at 0.47 P2's largest pressure is off by 15 % on 800 cells (benchmarks/locking.py)
 
 __all__ = [
+    "AT_REST",
     "LAYER_NAMES",
     "MIXED_ABOVE",
     "Cell",
@@ -76,13 +80,24 @@ class Scene(Table):
     output: Output = Output()
 
     @model_validator(mode="after")
-    def _order_with_a_mixed_form(self) -> Self:
-        """Second order where a pressure is to be an unknown of its own and the scene names no order."""
+    def _order_that_serves(self) -> Self:
+        """Second order where third would not do and the scene names none.
+
+        Second order has a mixed form. And a fluid without solid shears without resistance, in which elements of third
+        order turn inside out.
+        """
         mesh, written = self.mesh, self.mesh.model_fields_set
-        wanted = mesh.pressure == "mixed" or (mesh.pressure == "auto" and self.nearly_incompressible())
-        if wanted and "order" not in written:
+        mixed = mesh.pressure == "mixed" or (mesh.pressure == "auto" and self.nearly_incompressible())
+        if "order" not in written and (mixed or self.without_solid()):
             second = Mesh.model_validate({"order": 2} | {name: getattr(mesh, name) for name in written})
             object.__setattr__(self, "mesh", second)
+        return self
+
+    @model_validator(mode="after")
+    def _history_where_it_matters(self) -> Self:
+        if self.time.history == "auto":
+            whole = self.cell.inertia or self.rest_s <= AT_REST * self.relaxation_s
+            object.__setattr__(self, "time", self.time.model_copy(update={"history": whole}))
         return self
 
     @model_validator(mode="after")
@@ -109,6 +124,10 @@ class Scene(Table):
     def nearly_incompressible(self) -> tuple[LayerName, ...]:
         """Layers in which a displacement alone may lock, from the outermost in."""
         return tuple(name for name in LAYER_NAMES if self.layer_poisson(name) > MIXED_ABOVE)
+
+    def without_solid(self) -> tuple[LayerName, ...]:
+        """Layers that are all fluid, from the outermost in."""
+        return tuple(name for name in LAYER_NAMES if self.layer_of(name).fluid_fraction == 1.0)
 
     def laws(self) -> tuple[Law, ...]:
         """The laws in use, without repetition, from the outermost layer in."""
@@ -137,6 +156,24 @@ class Scene(Table):
     def ramp_end_s(self) -> float:
         """Time from which the full load acts, 2 T_g [s]."""
         return 2.0 * self.load.half_ramp_s
+
+    @property
+    def rest_s(self) -> float:
+        """How long the load has been constant when fields are first written, 0 if it has not [s]."""
+        return max(min((*self.output.times_s, self.time.end_s)) - self.ramp_end_s, 0.0)
+
+    @property
+    def relaxation_s(self) -> float:
+        """The slowest layer's time to come to rest [s]: viscosity over stiffness, volumetric or in shear."""
+        times = [0.0]
+        for name in LAYER_NAMES:
+            layer = self.layer_of(name)
+            lmbda, mu = lame(layer.young_Pa, self.layer_poisson(name), printed=self.cell.lame_lambda == "printed")
+            solid, bulk, shear = 1.0 - layer.fluid_fraction, self.cell.fluid_lambda_Pa_s, self.cell.fluid_mu_Pa_s
+            for viscosity, modulus in ((bulk + 2 * shear, lmbda + 2 * mu), (shear, mu)):
+                if layer.fluid_fraction * viscosity > 0:
+                    times.append(layer.fluid_fraction * viscosity / (solid * modulus) if solid else math.inf)
+        return max(times)
 
     @property
     def has_weight(self) -> bool:

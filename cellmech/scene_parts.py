@@ -142,12 +142,13 @@ class Time(Table):
     """Length of the run and tolerance of the step control.
 
     `history = false` asks for the end state only: the load is followed to its value there by elastic equilibria,
-    without the fluid, which carries no stress once it has come to rest.
+    without the fluid, which carries no stress once it has come to rest. "auto" asks for it where the fluid does come to
+    rest under a constant load, and for the whole history elsewhere; a scene has the one or the other.
     """
 
     end_s: Annotated[float, Number("s", above=0, most=1e12)] = 18000.0
     rtol: Annotated[float, Number("(no unit)", least=1e-10, most=0.5)] = 1e-3
-    history: Annotated[bool, Flag()] = True
+    history: Annotated[bool | Literal["auto"], Flag(("auto",))] = True
 
 
 class Mesh(Table):
@@ -157,7 +158,7 @@ class Mesh(Table):
     the number of elements across each thin layer. `quadrature_degree` is that of the bulk terms. The defaults are those
     of third order; below it elements are a quarter as large, and two lie across a thin layer.
     `pressure` makes the pressure an unknown of its own: "auto" in nearly incompressible layers, "mixed" in all, "none"
-    in none. Such a scene is of second order, the only one with a mixed form, unless it says otherwise.
+    in none. Such a scene, and one with a layer that is all fluid, is of second order unless it says otherwise.
     """
 
     size_um: Length = 2.4

@@ -164,7 +164,6 @@ def _history(scene: Scene) -> Iterator[Breach]:
     hint = "Without history only elastic equilibria are computed."
     if scene.cell.inertia:
         yield Breach("time.history", "must be true where cell.inertia is", False, hint)
-    for name in LAYER_NAMES:
-        if scene.layer_of(name).fluid_fraction == 1.0:
-            rule = f"must be true where a layer has no solid (layer.{name}.fluid_fraction = 1)"
-            yield Breach("time.history", rule, False, hint)
+    for name in scene.without_solid():
+        rule = f"must be true where a layer has no solid (layer.{name}.fluid_fraction = 1)"
+        yield Breach("time.history", rule, False, hint)

@@ -17,12 +17,13 @@ from petsc4py import PETSc
 from cellmech.contact import Contact, Flat, Obstacle, Pillar, smooth_step
 from cellmech.disc import Grading
 from cellmech.domain import Domain, build_domain
-from cellmech.energies import LAWS, lame
+from cellmech.energies import LAWS
 from cellmech.errors import SolveError
 from cellmech.forms import displacement_space, pressure_space
 from cellmech.geometry import DiscSpec
 from cellmech.materials import Material, mixtures
 from cellmech.modes import rigid_modes
+from cellmech.moduli import lame
 from cellmech.observables import Layout, Ring
 from cellmech.outline import Outline
 from cellmech.placement import Placement, placement, standing
@@ -37,6 +38,7 @@ M_S2 = 1e6  # m/s^2 in µm/s^2
 
 ZONE_OVER_HERTZ = 1.32  # on Table 1 the contact edge lies at 0.9 of Hertz's half-width, the membrane's peaks beyond it
 NEAR = 5e-4  # of the radius: an obstacle that near is modelled from the start
+SMALL = 0.15  # of the load over the softest stiffness: below such a displacement errors are not relative to it
 LOAD_STEPS = 20  # reported equilibria of a ramp when nothing depends on rate
 INSIDE_OUT: tuple[LayerName, ...] = tuple(reversed(LAYER_NAMES))
 MERGED: dict[tuple[LayerName, ...], str] = {("nucleoplasm", "lamina"): "nucleus", ("cytosol", "membrane"): "cytoplasm"}
@@ -109,19 +111,6 @@ def mixed_layers(scene: Scene) -> frozenset[LayerName]:
     wanted = scene.nearly_incompressible()
     everywhere = scene.mesh.pressure == "mixed" or (wanted and scene.cell.layers == "smeared")
     return frozenset(LAYER_NAMES if everywhere else wanted)
-
-
-def relaxation_s(scene: Scene) -> float:
-    """The slowest layer's time to come to rest [s]: viscosity over stiffness, volumetric or in shear."""
-    times = [0.0]
-    for name in LAYER_NAMES:
-        layer = scene.layer_of(name)
-        lmbda, mu = lame(layer.young_Pa, scene.layer_poisson(name), printed=scene.cell.lame_lambda == "printed")
-        solid, bulk, shear = 1.0 - layer.fluid_fraction, scene.cell.fluid_lambda_Pa_s, scene.cell.fluid_mu_Pa_s
-        for viscosity, modulus in ((bulk + 2 * shear, lmbda + 2 * mu), (shear, mu)):
-            if layer.fluid_fraction * viscosity > 0:
-                times.append(layer.fluid_fraction * viscosity / (solid * modulus) if solid else math.inf)
-    return max(times)
 
 
 def smeared_weights(scene: Scene, domain: Domain, centre: tuple[float, float]) -> dict[str, Any]:
@@ -301,10 +290,18 @@ class Setup:
     def schedule(self) -> Schedule:
         """Times to land on, and the tolerance."""
         scene, end = self.scene, self.scene.time.end_s
-        ramp_end = (scene.ramp_end_s,) if scene.time.history else ()
-        landings = {t for t in (*ramp_end, *scene.output.times_s) if 0 < t < end}
+        turn = (scene.ramp_end_s,) if scene.time.history else ()
+        landings = {t for t in (*turn, *scene.output.times_s) if 0 < t < end}
         load_steps = LOAD_STEPS if scene.time.history else 0
-        return Schedule(end, tuple(sorted(landings)), scene.time.rtol, min(scene.ramp_end_s, end), load_steps)
+        ramp_end = min(scene.ramp_end_s, end)
+        return Schedule(end, tuple(sorted(landings)), scene.time.rtol, ramp_end, load_steps, self._small_um())
+
+    def _small_um(self) -> float:
+        """A displacement that is small beside what the load leads to [µm]: on Table 1 a twentieth of it."""
+        layers = map(self.scene.layer_of, LAYER_NAMES)
+        soft = min(layer.young_Pa * max(1 - layer.fluid_fraction, 0.1) for layer in layers)
+        radius = self.scene.radius_um
+        return min(max(SMALL * abs(self.force_density) * radius**2 / soft, 1e-4 * radius), 1e-2 * radius)
 
     def create_run(self, log: Callable[[str], None]) -> Run:
         """The run, its zero modes removed where the scene has any."""

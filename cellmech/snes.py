@@ -17,12 +17,13 @@ from cellmech.modes import BorderedLU, RigidModes
 from cellmech.residual import Body, State, equilibrium, load_work
 from cellmech.saddle import Elimination, Saddle
 
+ROUGH = 1e-3  # share of the load that may be out of balance in a state on the way to another
 ROUND_OFF = 1e-13  # share of the force scale that residuals are never asked to go below
 STALLED = 1e-10  # share of the force scale at which a residual that stays has met round-off, not trouble
 LARGEST_NOISE = 1e-6  # the same where the tangent is so stiff that round-off reaches further
 STALL_RATE = 0.5  # a residual that a new tangent reduces by less than this factor stays
 CRUSHED = 1e-3  # det F at and below which a solution is none: no continuum, and its stresses lose all digits
-MAX_ITERATIONS = 30
+MAX_ITERATIONS, LEAP_ITERATIONS = 30, 16
 # Ways to try a solve: whether tangents are kept, and PETSc's line search. Full steps first: the residual's norm judges
 # them badly, for a motion of what is soft (or a contact that sets in) shakes what is stiff before it settles.
 ATTEMPTS = ((True, "basic"), (False, "bt"))
@@ -63,7 +64,7 @@ class Solver:
     """
 
     def __init__(
-        self, body: Body, state: State, force_scale: float, tolerance: float = 1e-9, modes: RigidModes | None = None
+        self, body: Body, state: State, force_scale: float, tolerance: float = 1e-7, modes: RigidModes | None = None
     ) -> None:
         self.body, self.state, self.modes = body, state, modes
         self.comm: MPI.Comm = body.domain.mesh.comm
@@ -119,7 +120,7 @@ class Solver:
         r = b if self._saddle is None else self._r
         with r.localForm() as local:
             local.set(0.0)
-        if not self._watch.admissible():
+        if not self._watch.admissible(on_the_way=True):
             b.set(np.nan)
             return
         petsc.assemble_vector(r, self._R)
@@ -216,18 +217,21 @@ class Solver:
         pressure = self.state.pressure
         return np.concatenate([self._u.getArray(), [] if pressure is None else pressure.values])
 
-    def solve(self, amplitude: float) -> Outcome:
+    def solve(self, amplitude: float, rough: bool = False, leap: bool = False) -> Outcome:
         """Solve at this load amplitude [-], from `state.u` as first guess; `state.u` is the solution afterwards.
+
+        A rough solution only leads to the next one: its residual is below `ROUGH` of the load. A leap is given up soon.
 
         When the solve fails `state.u` is of no use: the caller restores it. A pressure is as before then.
         """
         self.amplitude.value = amplitude
         before, iterations = self.factorisations, 0
         load = abs(amplitude) * self._load_norm if self._load_norm else self._force_scale
-        self._atol = max(self._tolerance * load, ROUND_OFF * self._force_scale)
-        self._snes.setTolerances(rtol=0.0, atol=self._atol, stol=0.0, max_it=MAX_ITERATIONS)
+        self._atol = max((ROUGH if rough else self._tolerance) * load, ROUND_OFF * self._force_scale)
+        most = LEAP_ITERATIONS if leap else MAX_ITERATIONS
+        self._snes.setTolerances(rtol=0.0, atol=self._atol, stol=0.0, max_it=most)
         guess = self._unknowns()
-        for self._thrifty, search in ATTEMPTS:
+        for self._thrifty, search in ATTEMPTS[:1] if leap else ATTEMPTS:
             self._use(search)
             self._x.setArray(guess)
             self._watch.worst, self._stale = None, False
@@ -235,14 +239,14 @@ class Solver:
             iterations += self._snes.getIterationNumber()
             reason, residual = self._snes.getConvergedReason(), float(self._snes.getFunctionNorm())
             converged = reason > 0 or (np.isfinite(residual) and residual <= self._noise())
+            self._set_unknowns(self._x)
+            converged = converged and self._watch.admissible(CRUSHED)
             if converged:
                 break
             if reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE:
                 self.restart()  # what a failed factorisation leaves behind cannot be used again
         if not converged:
             self.rebuild()
-        self._set_unknowns(self._x)
-        converged = converged and self._watch.admissible(CRUSHED)
         if converged:
             self.state.update()
         elif self.state.pressure is not None:

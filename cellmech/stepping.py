@@ -21,7 +21,7 @@ SMALLEST_STEP = 1e-10  # of the ramp, or the end time without one: below it a fa
 SMALLEST_ACCURATE = 1e-14  # the same where the solve succeeds and the error is what is too large: a body that falls
 CUT = 0.25  # of a step whose solve failed
 SMALLEST_LOAD_STEP = 1e-4  # of full load: how closely the last equilibrium is followed
-FIRST_LOAD = 1 / 8  # share of the load to begin with where no steps are prescribed
+FIRST_LOAD = 1 / 8  # share of the load to begin with where no steps are prescribed and all of it at once is too much
 PUT_ON = 1e-4  # of the end time: within this step a load that is there at once is put on
 EASY = 8  # Newton iterations up to which a load step was small: the next one may be twice as large
 
@@ -104,7 +104,7 @@ class TimeSteps:
         h = PUT_ON * run.schedule.end_s
         amplitude, a = run.body.amplitude(h), bdf.coefficients([h])
         run.state.ddt.set(a)
-        _, outcome = follow(run, rest, amplitude, amplitude * FIRST_LOAD, SMALLEST_LOAD_STEP)
+        _, outcome = follow(run, rest, amplitude, SMALLEST_LOAD_STEP, leap=True)
         if not outcome.converged:
             run.u[:] = rest.u
             raise SolveError(run.no_way_on(outcome.reason, 0.0))
@@ -165,26 +165,31 @@ class Equilibrium:
     at_rest: bool = False
 
 
-def follow(
-    run: Run, start: Equilibrium, target: float, increment: float, smallest: float
-) -> tuple[Equilibrium, Outcome]:
+def follow(run: Run, start: Equilibrium, target: float, smallest: float, leap: bool) -> tuple[Equilibrium, Outcome]:
     """Follow the equilibrium from `start` towards a load amplitude; returns the last one found, and what it took.
 
     A load step is halved where its solve fails, and doubled after an easy one. The outcome has not converged where that
-    leads to steps below `smallest`; the run's displacement is then that of the equilibrium returned.
+    leads to steps below `smallest`; the run's displacement is then that of the equilibrium returned. On the way
+    equilibria are rough until a solve fails.
 
     Args:
         run: its `solve` is used.
         start: where to begin.
         target: load amplitude [-].
-        increment, smallest: first and smallest load step [-].
+        smallest: load step [-].
+        leap: whether to try the whole way at once and then, if that is not easy, to begin with a small load step.
     """
-    here, iterations, factorisations = start, 0, 0
+    here, rough, increment, iterations, factorisations = start, True, target - start.amplitude, 0, 0
+    if leap:
+        outcome = run.solve(target, from_rest=start.at_rest, leap=True)
+        if outcome.converged:
+            return Equilibrium(target, run.u.copy()), outcome
+        increment, iterations, factorisations = FIRST_LOAD * increment, outcome.iterations, outcome.factorisations
     while True:
         reaches = abs(target - here.amplitude) <= abs(increment) * (1 + 1e-9)
         aim = target if reaches else here.amplitude + increment
         run.u[:] = here.u
-        outcome = run.solve(aim, from_rest=here.at_rest)
+        outcome = run.solve(aim, from_rest=here.at_rest, rough=rough and not reaches)
         iterations, factorisations = iterations + outcome.iterations, factorisations + outcome.factorisations
         if outcome.converged:
             here = Equilibrium(aim, run.u.copy())
@@ -192,7 +197,11 @@ def follow(
         else:
             run.totals.failed_solves += 1
             run.log(f"load amplitude {aim:.6g}: {outcome.reason}; load step halved")
-            increment = (aim - here.amplitude) / 2
+            if rough and here is not start:
+                run.u[:] = here.u
+                exact = run.solve(here.amplitude, from_rest=False)
+                here = Equilibrium(here.amplitude, run.u.copy()) if exact.converged else start
+            rough, increment = False, (aim - here.amplitude) / 2
         if (reaches and outcome.converged) or abs(increment) < smallest:
             run.u[:] = here.u
             return here, dataclasses.replace(outcome, iterations=iterations, factorisations=factorisations)
@@ -237,9 +246,8 @@ class LoadSteps:
         return run.t if now >= here else float(brentq(lambda t: run.body.amplitude(t) - here, run.t, end))
 
     def _follow(self, start: Equilibrium, target: float) -> Outcome:
-        run, whole = self.run, target - start.amplitude
-        first = whole * FIRST_LOAD if start.at_rest and not run.schedule.load_steps else whole
-        self.last, outcome = follow(run, start, target, first, SMALLEST_LOAD_STEP)
+        leap = start.at_rest and not self.run.schedule.load_steps
+        self.last, outcome = follow(self.run, start, target, SMALLEST_LOAD_STEP, leap)
         return outcome
 
     def numbers(self) -> dict[str, Any]:

@@ -11,10 +11,11 @@ from mpi4py import MPI
 
 from cellmech import bdf, forms
 from cellmech.domain import Domain, build_domain, from_gmsh
-from cellmech.energies import LAWS, lame
+from cellmech.energies import LAWS
 from cellmech.forms import PointValues
 from cellmech.geometry import DiscSpec, build_ring
 from cellmech.materials import Material
+from cellmech.moduli import lame
 from cellmech.residual import Body, State
 from cellmech.snes import Solver
 

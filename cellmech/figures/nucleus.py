@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from cellmech.figures.results import CaseResult
+from cellmech.placement import placement, standing
 
 OUTLINES = (  # what a shape index may be taken of: key, name, its value for a circle
     ("full", "full outline", 1.0),
@@ -32,8 +33,11 @@ def nucleus_lines(case: CaseResult, paper: Mapping[str, Any]) -> list[str]:
 
 
 def start_um(case: CaseResult) -> float:
-    """The lamina's distance from the pillar at the first step [µm]."""
-    return float(case.history("lamina_pillar_distance_um")["lamina_pillar_distance_um"][0])
+    """The lamina's distance from the pillar below it before the load acts [µm]; NaN without one."""
+    scene, place = case.scene, placement(case.scene)
+    arches = [stand.arch for stand in standing(scene.cell.shape == "half", scene.pillar)]
+    tops = [a.y + a.rise(place.centre_x_um) for a in arches if abs(place.centre_x_um - a.x) < a.half_width]
+    return place.centre_y_um - scene.nucleus_radius_um - max(tops) if tops else math.nan
 
 
 def _shown(value: float, form: str) -> str:

@@ -53,8 +53,8 @@ def test_quality_counts_elements_and_bounds_their_shape(domain):
     assert 0.9 < q["min_scaled_jacobian"] < 1.0
     assert 0.1 < q["min_shape_quality"] < q["mean_shape_quality"] < 1.0
     assert q["mean_shape_quality"] > 0.8
-    assert 0.02 < q["min_edge_um"] <= 0.05 + 1e-9  # across the lamina, or along the rim at the contact edge
-    assert 0.9 < q["max_edge_um"] < 1.5
+    assert 0.05 < q["min_edge_um"] <= 0.1 + 1e-9  # across the lamina, or along the rim at the contact edge
+    assert 0.9 < q["max_edge_um"] < 2.0
     assert 4 < q["max_aspect_ratio"] < 15  # of the lamina at the top
 
 

@@ -8,8 +8,8 @@ from problems import LAW_NAMES, affine, block, displacement_space, domain_of, mo
 from scipy.optimize import brentq
 
 from cellmech.ellipticity import Ellipticity, StabilityWatch, yeoh_bounds
-from cellmech.energies import lame
 from cellmech.materials import mixtures
+from cellmech.moduli import lame
 from cellmech.residual import Body, State
 
 YOUNG = 10.0

@@ -10,10 +10,11 @@ import ufl
 from dolfinx import fem
 from problems import LAW_NAMES, affine, block, displacement_space, moduli, solid
 
-from cellmech.energies import LAWS, energy_and_stress, lame
+from cellmech.energies import LAWS, energy_and_stress
 from cellmech.forms import PointValues
 from cellmech.kinematics import embed, green_lagrange
 from cellmech.materials import mixtures
+from cellmech.moduli import lame
 
 YOUNG, POISSON = 10.0, 0.3
 LMBDA, MU = lame(YOUNG, POISSON)

@@ -35,6 +35,8 @@ def model_of(**tables):
         ({"cell": {"inertia": True, "gap_um": 1.0}}, set()),
         ({"cell": FULL | {"inertia": True}, "pillar": PAIR[:1]}, set()),
         ({"cell": {"inertia": True}, "load": {"factor": 0.0}}, set()),
+        ({"time": SHORT, "mesh": {"order": 2, "size_um": 2.4}}, {"mesh"}),
+        ({"time": SHORT, "mesh": {"order": 2, "size_um": 1.2}}, set()),
     ],
 )
 def test_hints_name_what_does_nothing_and_only_that(tables, hints):

@@ -33,6 +33,45 @@ def refusal(text: str) -> InputError:
 # Table 1 and what follows from it
 
 
+@pytest.mark.parametrize(
+    ("text", "order", "size", "thin"),
+    [
+        ("", 3, 2.4, 1),
+        ("mesh.order = 2", 2, 0.6, 2),
+        ("mesh = {order = 1, size_um = 1.0}", 1, 1.0, 2),
+        ("mesh = {order = 3, thin_layers = 2}", 3, 2.4, 2),
+        ("cell.poisson = 0.46", 2, 0.6, 2),
+        ("cell.poisson = 0.46\nmesh.size_um = 1.0", 2, 1.0, 2),
+        ("cell.poisson = 0.46\nmesh.order = 3", 3, 2.4, 1),
+        ('cell.poisson = 0.46\nmesh.pressure = "none"', 3, 2.4, 1),
+        ('mesh.pressure = "mixed"', 2, 0.6, 2),
+        ("layer.lamina.poisson = 0.46", 2, 0.6, 2),
+        ("layer.lamina.fluid_fraction = 1.0", 2, 0.6, 2),
+    ],
+)
+def test_elements_are_of_third_order_unless_that_would_not_do(text, order, size, thin):
+    mesh = scene_of(text).mesh
+    assert (mesh.order, mesh.size_um, mesh.thin_layers) == (order, size, thin)
+
+
+@pytest.mark.parametrize(
+    ("text", "history"),
+    [
+        ("", False),
+        ("time.end_s = 10520", True),  # 20 relaxation times of 26.4 s after the ramp: 10,527 s
+        ("time.end_s = 10535", False),
+        ("output.times_s = [9000.0]", True),
+        ("output.times_s = [12000.0]", False),
+        ("cell.inertia = true", True),
+        ("layer.lamina.fluid_fraction = 1.0", True),
+    ],
+)
+def test_automatic_history_is_left_out_where_the_fluid_has_come_to_rest(text, history):
+    scene = scene_of(f'time.history = "auto"\n{text}')
+    assert scene.time.history is history
+    assert scene_of(scene_to_toml(scene)) == scene
+
+
 def test_defaults_are_table_1():
     scene = scene_of("")
     assert scene == Scene()
@@ -151,6 +190,7 @@ BAD_VALUES = [
     ("contact.volume_width_um = -0.1", "contact.volume_width_um", "> 0 and <= 100000 µm", "-0.1"),
     ("time.end_s = 0", "time.end_s", "> 0 and <= 1e+12 s", "0"),
     ("time.rtol = 0", "time.rtol", ">= 1e-10 and <= 0.5", "0"),
+    ('time.history = "never"', "time.history", 'must be true, false or "auto"', "'never'"),
     ("time.rtol = 0.6", "time.rtol", ">= 1e-10 and <= 0.5", "0.6"),
     ("mesh.size_um = 0", "mesh.size_um", "> 0 and <= 100000 µm", "0"),
     ("mesh.size_um = 10.5", "mesh.size_um", "the cell's radius, 10 µm", "10.5"),

@@ -6,7 +6,6 @@ from mpi4py import MPI
 from cellmech.case import mesh_plan, solve_case
 from cellmech.records import CaseFolder, flatten
 from cellmech.scene_file import read_scene
-from cellmech.setup import relaxation_s
 from cellmech.study_file import Case
 
 HISTORY_ONLY = ("energy.", "time_s", "over_time", "steps", "newton", "factorisations", "wall_s", "memory_MB", "settled")
@@ -55,8 +54,8 @@ def test_end_state_within_the_ramp_is_the_equilibrium_at_its_load(tmp_path):
 
 def test_relaxation_time_of_table_1():
     """model.md: about 26 s, and 240 s at c_f = 0.9."""
-    assert relaxation_s(read_scene({}, "test")) == pytest.approx(26.37, abs=0.01)  # 1000 Pa s over λ + 2µ of 10 Pa
+    assert read_scene({}, "test").relaxation_s == pytest.approx(26.37, abs=0.01)  # 1000 Pa s over λ + 2µ of 10 Pa
     wet = {"layer": {"nucleoplasm": {"fluid_fraction": 0.9}}}
-    assert relaxation_s(read_scene(wet, "test")) == pytest.approx(9 * 26.37, rel=1e-3)
-    assert relaxation_s(read_scene({"layer": {"cytosol": {"fluid_fraction": 1.0}}}, "test")) == float("inf")
-    assert relaxation_s(read_scene({"cell": {"fluid_lambda_Pa_s": 0.0, "fluid_mu_Pa_s": 0.0}}, "test")) == 0.0
+    assert read_scene(wet, "test").relaxation_s == pytest.approx(9 * 26.37, rel=1e-3)
+    assert read_scene({"layer": {"cytosol": {"fluid_fraction": 1.0}}}, "test").relaxation_s == float("inf")
+    assert read_scene({"cell": {"fluid_lambda_Pa_s": 0.0, "fluid_mu_Pa_s": 0.0}}, "test").relaxation_s == 0.0

@@ -9,10 +9,10 @@ import ufl
 from dolfinx import fem
 from problems import displacement_space, hold, rows_ring, solid
 
-from cellmech.energies import lame
 from cellmech.forms import compile_form
 from cellmech.kinematics import deformation_gradient, embed, green_lagrange, plane
 from cellmech.materials import mixtures
+from cellmech.moduli import lame
 from cellmech.residual import Body, State
 from cellmech.snes import Solver
 

@@ -40,7 +40,7 @@ def coarse(tmp_path_factory):
 def test_cell_at_nu_0499_is_solved_at_once_and_nearly_right_on_a_coarse_mesh(coarse, tmp_path):
     result, log = coarse
     assert "halved" not in log
-    assert 20 < result["newton_iterations"] < 150
+    assert result["newton_iterations"] < 20
     fine = numbers(solved(tmp_path, FINE, cell={"poisson": 0.499})[0])
     off = {key: value / fine[key] - 1 for key, value in numbers(result).items()}
     maxima = {"nucleus.J1_max", "nucleus.J2_max"}  # at a point, and quadratic in the strain: the least accurate

@@ -55,7 +55,7 @@ def test_contact_force_of_a_settled_body_is_its_weight_to_the_newton_tolerance(f
     run = settled(solid(young=20.0), Pillar(0.0, -1.0, 2.0, 1.0, 2.0), Contact(form, 50.0, 0.02))
     force = run.ledger.contact_force()
     case = f"settled weight, {form} contact: force"
-    ladder(case, ours=force[1], reference=GRAVITY, rel=1e-8, unit="Pa µm")
+    ladder(case, ours=force[1], reference=GRAVITY, rel=1e-7, unit="Pa µm")
     assert force[0] > 0.01 * GRAVITY  # a round obstacle spreads the half block, its plane of symmetry holds
 
 
