@@ -39,6 +39,7 @@ M_S2 = 1e6  # m/s^2 in µm/s^2
 ZONE_OVER_HERTZ = 1.32  # on Table 1 the contact edge lies at 0.9 of Hertz's half-width, the membrane's peaks beyond it
 NEAR = 5e-4  # of the radius: an obstacle that near is modelled from the start
 SMALL = 0.15  # of the load over the softest stiffness: below such a displacement errors are not relative to it
+FADE = 4  # rings of elements in which one layer's share falls from 1 to a half
 LOAD_STEPS = 20  # reported equilibria of a ramp when nothing depends on rate
 INSIDE_OUT: tuple[LayerName, ...] = tuple(reversed(LAYER_NAMES))
 MERGED: dict[tuple[LayerName, ...], str] = {("nucleoplasm", "lamina"): "nucleus", ("cytosol", "membrane"): "cytoplasm"}
@@ -69,7 +70,26 @@ class MeshPlan:
                 found.append((MERGED[inner, outer], scene.outer_radius_um(outer)))
             else:
                 found += [(inner, scene.outer_radius_um(inner)), (outer, scene.outer_radius_um(outer))]
-        return tuple(found)
+        return tuple(found if scene.cell.smear_um is None else _with_fades(scene, found))
+
+
+def _with_fades(scene: Scene, interfaces: list[tuple[str, float]]) -> list[tuple[str, float]]:
+    """The interfaces and circles between them, so that a fade from layer to layer is some elements wide.
+
+    The innermost pieces of a group are named after it with a number, the outermost keeps its name.
+    """
+    step = (scene.cell.smear_um or 0.0) / FADE
+    radii = [radius for _, radius in interfaces]
+    fades = [scene.outer_radius_um(name) + k * step for name in INSIDE_OUT[:-1] for k in range(-FADE, FADE + 1)]
+    for radius in sorted(r for r in fades if 0 < r < scene.radius_um):
+        if min(abs(radius - other) for other in radii) > step / 2:
+            radii.append(radius)
+    found, inner = [], 0.0
+    for name, outer in interfaces:
+        pieces = sorted(radius for radius in radii if inner < radius < outer)
+        found += [(f"{name} {k}", radius) for k, radius in enumerate(pieces, 1)] + [(name, outer)]
+        inner = outer
+    return found
 
 
 def mesh_plan(cases: Sequence[Case]) -> MeshPlan:
@@ -216,7 +236,7 @@ class Setup:
         smeared = scene.cell.layers == "smeared"
         layers: dict[str, Material] = {name: material(scene, name) for name in LAYER_NAMES}
         first: dict[str, str] = {merged: pair[0] for pair, merged in MERGED.items()}
-        groups = {name: layers[first.get(name, name)] for name, _ in self.interfaces}
+        groups = {name: layers[first.get(name, name)] for name, _ in self.interfaces if not smeared}
         blend = smeared_weights(scene, domain, self.centre) if smeared else None
         form = scene.contact.form
         width = scene.contact.smoothing_um if form == "surface" else scene.contact.volume_width_um
@@ -283,7 +303,8 @@ class Setup:
         regions |= {name: Ring(scene.inner_radius_um(name), scene.outer_radius_um(name)) for name in INSIDE_OUT}
         nucleus = tuple(name for name, radius in self.interfaces if radius <= scene.nucleus_radius_um)
         groups: dict[str, tuple[str, ...]] = {"nucleus": nucleus, "cell": tuple(apart)}
-        groups |= {name: (name,) for name in INSIDE_OUT if name in apart}
+        pieces = {name: tuple(n for n in apart if n.rstrip("0123456789 ") == name) for name in INSIDE_OUT}
+        groups |= {name: own for name, own in pieces.items() if own}
         pillars = tuple(o for o in self.obstacles.values() if isinstance(o, Pillar))
         return Layout(self.centre, self.half, regions, groups, pillars, self.lift_um)
 

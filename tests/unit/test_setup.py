@@ -64,6 +64,19 @@ def test_only_smeared_layers_are_meshed_as_one():
     assert merged(alike) == merged(smeared, alike) == ()
 
 
+def test_fades_of_smeared_layers_are_some_rings_of_elements_wide():
+    """Circles a quarter of the half-width apart from where a fade begins to where it ends; the nucleus has its own."""
+    setup = setup_of(scene_of(cell={"layers": "smeared", "smear_um": 0.4}))
+    names, radii = zip(*setup.interfaces, strict=True)
+    assert radii == tuple(sorted(radii)) and names[names.index("nucleus") - 1] == f"nucleus {names.index('nucleus')}"
+    np.testing.assert_allclose(radii[:5], [4.5, 4.6, 4.7, 4.8, 4.9], rtol=1e-12)
+    assert dict(setup.interfaces)["nucleus"] == 5.0 and names[-1] == "cytoplasm"
+    edges = np.array([4.5, *[r for r in radii if 4.5 < r <= 5.4]])
+    assert np.diff(edges).max() < 0.4 / 4 * 1.6 and np.diff(radii).min() > 0.4 / 8
+    groups = setup.layout().groups
+    assert set(groups["nucleus"]) == {n for n in names if n.startswith("nucleus")} and set(groups["cell"]) == set(names)
+
+
 def test_smeared_weights_are_the_layers_and_sum_to_one():
     """Deep in a layer its weight is 1; where two meet each has a half."""
     scene = scene_of(cell={"layers": "smeared", "smear_um": 0.04})

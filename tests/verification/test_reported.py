@@ -309,14 +309,23 @@ def test_field_file_has_every_element_as_it_is(observers, tmp_path, which, trian
         np.testing.assert_allclose(mises, mises_by_hand(name, SHEARED, BEFORE), rtol=1e-9)
 
 
-def end_state(folder, shape):
-    scene = {"cell": {"shape": shape}, "mesh": {"size_um": 4.0}, "time": {"history": False}}
+def end_state(folder, shape, scene=None):
+    scene = scene or {"cell": {"shape": shape}, "mesh": {"size_um": 4.0}, "time": {"history": False}}
     case = Case(shape, read_scene(scene, "test"))
     files = CaseFolder(folder / shape, lead=True)
     result = solve_case(case, files, MPI.COMM_SELF, mesh_plan([case]), lambda progress: None)
     files.close()
     assert result["status"] == "solved", result["reason"]
     return result
+
+
+def test_smeared_layers_are_resolved_on_the_mesh_as_it_comes(tmp_path):
+    """Where a fade lay inside one element, the nucleoplasm's J1 - 2 beside the lamina came out three times as large."""
+    scene = {"cell": {"layers": "smeared", "smear_um": 0.5}, "time": {"history": False}}
+    coarse, fine = (end_state(tmp_path, "half", scene | {"mesh": {"size_um": size}}) for size in (2.4, 1.2))
+    for key in ("J1_max", "J3_max", "sigma_mises_max_Pa", "sigma_mises_mean_Pa"):
+        rest = {"J1": 2.0, "J3": 1.0}.get(key[:2], 0.0)
+        assert coarse["nucleoplasm"][key] - rest == pytest.approx(fine["nucleoplasm"][key] - rest, rel=0.02), key
 
 
 def test_half_cell_reports_what_the_full_one_does(tmp_path):
