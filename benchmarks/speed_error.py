@@ -82,7 +82,7 @@ CONTENDERS = (
     Contender("tangent", "new at every iteration", before=FULL_NEWTON),
     Contender("ranks", "2 on one case", ranks=2),
     *(Contender("end state", f"{h} um", (*END, f"mesh.size_um={h}")) for h in (4.8, 2.4, 1.2)),
-    *(Contender("plain", f"{h} um", plain=(h, {})) for h in (0.95, 0.47, 0.24)),
+    *(Contender("plain", f"{h} um", plain=(h, {})) for h in (0.95, 0.47, 0.33)),
     *(Contender("plain, careful", f"{h} um", plain=(h, {"degree": 4, "smoothing": 1e-4})) for h in (0.95, 0.47)),
 )
 
