@@ -39,7 +39,10 @@ M_S2 = 1e6  # m/s^2 in µm/s^2
 ZONE_OVER_HERTZ = 1.32  # on Table 1 the contact edge lies at 0.9 of Hertz's half-width, the membrane's peaks beyond it
 NEAR = 5e-4  # of the radius: an obstacle that near is modelled from the start
 SMALL = 0.15  # of the load over the softest stiffness: below such a displacement errors are not relative to it
-FADE = 4  # rings of elements in which one layer's share falls from 1 to a half
+FADE, THINNEST = (
+    4,
+    5e-3,
+)  # most rings in which a layer's share falls from 1 to a half; their least width over the radius
 LOAD_STEPS = 20  # reported equilibria of a ramp when nothing depends on rate
 INSIDE_OUT: tuple[LayerName, ...] = tuple(reversed(LAYER_NAMES))
 MERGED: dict[tuple[LayerName, ...], str] = {("nucleoplasm", "lamina"): "nucleus", ("cytosol", "membrane"): "cytoplasm"}
@@ -78,9 +81,10 @@ def _with_fades(scene: Scene, interfaces: list[tuple[str, float]]) -> list[tuple
 
     The innermost pieces of a group are named after it with a number, the outermost keeps its name.
     """
-    step = (scene.cell.smear_um or 0.0) / FADE
-    radii = [radius for _, radius in interfaces]
-    fades = [scene.outer_radius_um(name) + k * step for name in INSIDE_OUT[:-1] for k in range(-FADE, FADE + 1)]
+    smear, radii = scene.cell.smear_um or 0.0, [radius for _, radius in interfaces]
+    rings = min(int(smear / (THINNEST * scene.radius_um) + 1e-9), FADE)
+    step = smear / max(rings, 1)
+    fades = [scene.outer_radius_um(name) + k * step for name in INSIDE_OUT[:-1] for k in range(-rings, rings + 1)]
     for radius in sorted(r for r in fades if 0 < r < scene.radius_um):
         if min(abs(radius - other) for other in radii) > step / 2:
             radii.append(radius)

@@ -77,6 +77,12 @@ def test_fades_of_smeared_layers_are_some_rings_of_elements_wide():
     assert set(groups["nucleus"]) == {n for n in names if n.startswith("nucleus")} and set(groups["cell"]) == set(names)
 
 
+@pytest.mark.parametrize(("smear", "most"), [(0.01, 4), (0.04, 4), (0.1, 14), (0.5, 22)])
+def test_a_thin_fade_takes_few_rings_or_none(smear, most):
+    interfaces = MeshPlan().interfaces(scene_of(cell={"layers": "smeared", "smear_um": smear}))
+    assert 4 <= len(interfaces) <= most
+
+
 def test_smeared_weights_are_the_layers_and_sum_to_one():
     """Deep in a layer its weight is 1; where two meet each has a half."""
     scene = scene_of(cell={"layers": "smeared", "smear_um": 0.04})
