@@ -83,7 +83,7 @@ CONTENDERS = (
     Contender("ranks", "2 on one case", ranks=2),
     *(Contender("end state", f"{h} um", (*END, f"mesh.size_um={h}")) for h in (4.8, 2.4, 1.2)),
     *(Contender("plain", f"{h} um", plain=(h, {})) for h in (0.95, 0.47, 0.33)),
-    *(Contender("plain, careful", f"{h} um", plain=(h, {"degree": 4, "smoothing": 1e-4})) for h in (0.95, 0.47)),
+    *(Contender("plain, careful", f"{h} um", plain=(h, {"degree": 4, "smoothing": 1e-4})) for h in (0.95, 0.47, 0.2)),
 )
 
 
@@ -97,8 +97,12 @@ def package(out: Path, settings: Sequence[str], ranks: int = 1, before: str = ""
     environment = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     if ranks > 1:
         command = ["mpirun", "-n", str(ranks), *command]
-    subprocess.run(command, check=False, capture_output=True, env=environment)
-    return dict(json.loads((out / "run" / "table1" / "result.json").read_text()))
+    path = out / "run" / "table1" / "result.json"
+    path.unlink(missing_ok=True)
+    done = subprocess.run(command, capture_output=True, text=True, env=environment)
+    if not path.exists():
+        return {"status": "failed", "reason": (done.stderr.strip().splitlines() or ["no result"])[-1]}
+    return dict(json.loads(path.read_text()))
 
 
 def plain(size_um: float, numbers: Mapping[str, Any]) -> dict[str, Any]:
@@ -168,22 +172,23 @@ def markdown(rows: Sequence[Mapping[str, Any]]) -> str:
 
 
 def draw(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    """Error against wall time and against factorisations, a curve a family."""
+    """Error against wall time and against factorisations, a curve a family of meshes."""
     import matplotlib
 
     matplotlib.use("agg")
     import matplotlib.pyplot as plt
 
     figure, axes = plt.subplots(1, 2, figsize=(11, 4.6), sharey=True, layout="constrained")
-    marks = {
-        family: (f"C{k % 10}", "osD^vPX*hd"[k % 10]) for k, family in enumerate({row["family"]: 0 for row in rows})
-    }
+    families, shades = list(dict.fromkeys(row["family"] for row in rows)), plt.get_cmap("tab20")
+    marks = {family: (shades(k % 20), "*sD^vPXph<oH"[k % 12]) for k, family in enumerate(families)}
     for ax, key, name in zip(axes, ("wall_s", "factorisations"), ("wall time [s]", "factorisations"), strict=True):
         for family, (colour, mark) in marks.items():
             own = [row for row in rows if row["family"] == family and row["status"] == "solved"]
             points = sorted((row[key], row["nucleus_error_percent"]) for row in own)
             if points:
-                ax.plot(*zip(*points, strict=True), color=colour, marker=mark, lw=1, label=family)
+                line = "-" if own[0]["variant"].endswith(" um") else ""
+                size = 13 if family == families[0] else 6
+                ax.plot(*zip(*points, strict=True), ls=line, color=colour, marker=mark, ms=size, lw=1, label=family)
         ax.axhline(1.0, color="0.6", lw=0.8, ls="--")
         ax.set(xscale="log", yscale="log", xlabel=name)
     axes[0].set_ylabel("largest error of the nucleus's numbers [%]")
