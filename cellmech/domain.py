@@ -65,6 +65,11 @@ class Domain:
         return measure(tuple(numbers[name] for name in names))
 
 
+def whole(name: str) -> str:
+    """The group that a numbered piece is part of: "cytosol" for "cytosol 2"; other names are their own."""
+    return name.rstrip("0123456789 ")
+
+
 def build_domain(spec: DiscSpec, comm: MPI.Comm) -> Domain:
     """Mesh a disc on rank 0 and distribute it (collective).
 

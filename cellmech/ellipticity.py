@@ -41,6 +41,7 @@ from dolfinx import fem
 from mpi4py import MPI
 
 from cellmech.det_f import node_points, quadrature
+from cellmech.domain import whole
 from cellmech.forms import PointValues
 from cellmech.kinematics import Invariants, deformation_gradient, embed, green_lagrange
 from cellmech.materials import Mixture
@@ -108,7 +109,7 @@ class Ellipticity:
         owned = np.arange(mesh.topology.index_map(2).size_local, dtype=np.int32)
         place = PointValues(ufl.SpatialCoordinate(mesh), points, mesh.comm)
         tags, numbers = body.domain.cell_tags, body.domain.cells
-        self._layers = {number: name for name, number in numbers.items()}
+        self._layers = {number: whole(name) for name, number in numbers.items()}
         self._parts = []
         for mixture in body.mixtures:
             mine = np.isin(tags.values, [numbers[name] for name in mixture.names]) & (tags.indices < len(owned))

@@ -16,7 +16,7 @@ from petsc4py import PETSc
 
 from cellmech.contact import Contact, Flat, Obstacle, Pillar, smooth_step
 from cellmech.disc import Grading
-from cellmech.domain import Domain, build_domain
+from cellmech.domain import Domain, build_domain, whole
 from cellmech.energies import LAWS
 from cellmech.errors import SolveError
 from cellmech.forms import displacement_space, pressure_space
@@ -307,7 +307,7 @@ class Setup:
         regions |= {name: Ring(scene.inner_radius_um(name), scene.outer_radius_um(name)) for name in INSIDE_OUT}
         nucleus = tuple(name for name, radius in self.interfaces if radius <= scene.nucleus_radius_um)
         groups: dict[str, tuple[str, ...]] = {"nucleus": nucleus, "cell": tuple(apart)}
-        pieces = {name: tuple(n for n in apart if n.rstrip("0123456789 ") == name) for name in INSIDE_OUT}
+        pieces = {name: tuple(n for n in apart if whole(n) == name) for name in INSIDE_OUT}
         groups |= {name: own for name, own in pieces.items() if own}
         pillars = tuple(o for o in self.obstacles.values() if isinstance(o, Pillar))
         return Layout(self.centre, self.half, regions, groups, pillars, self.lift_um)

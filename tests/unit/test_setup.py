@@ -8,6 +8,7 @@ import pytest
 import ufl
 from mpi4py import MPI
 
+from cellmech.ellipticity import StabilityWatch
 from cellmech.errors import SolveError
 from cellmech.forms import PointValues
 from cellmech.run import Run
@@ -75,6 +76,15 @@ def test_fades_of_smeared_layers_are_some_rings_of_elements_wide():
     assert np.diff(edges).max() < 0.4 / 4 * 1.6 and np.diff(radii).min() > 0.4 / 8
     groups = setup.layout().groups
     assert set(groups["nucleus"]) == {n for n in names if n.startswith("nucleus")} and set(groups["cell"]) == set(names)
+
+
+def test_verdict_names_the_layer_not_the_ring():
+    """Smeared layers are meshed in rings, each a group of its own."""
+    setup = setup_of(scene_of(cell={"law": "saint-venant", "layers": "smeared", "smear_um": 0.5}))
+    run = setup.create_run(lambda line: None)
+    run.u[1::2] = -0.04 * run.body.space.tabulate_dof_coordinates()[:, 1] ** 2
+    assert StabilityWatch(run.body, run.state.u).look_if_due().layer in ("nucleus", "cytoplasm")
+    run.close()
 
 
 @pytest.mark.parametrize(("smear", "most"), [(0.01, 4), (0.04, 4), (0.1, 14), (0.5, 22)])
