@@ -12,32 +12,24 @@ Writes scaling.csv and scaling.md.
 from __future__ import annotations
 
 import argparse
-import json
 import math
-import os
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
+
+import command
 
 from cellmech.records import to_csv, write_whole
 
 COARSE = 8.0  # compiles
+SCENE = 'title = "Table 1, its first steps"\n'
 SETTINGS = ("time.end_s=3000", "time.rtol=0.1")
 
 
 def run(out: Path, size_um: float, ranks: int) -> dict[str, Any]:
     """Solve on one mesh; a row."""
-    scene = out / "table1.toml"
-    scene.write_text('title = "Table 1, its first steps"\n')
-    sets = [word for setting in (*SETTINGS, f"mesh.size_um={size_um:g}") for word in ("--set", setting)]
-    where = ["--out", str(out / "run"), "--fresh", "--quiet", "--ranks-per-case", str(ranks)]
-    command = [sys.executable, "-m", "cellmech.study", str(scene), *where, *sets]
-    environment = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-    if ranks > 1:
-        command = ["mpirun", "-n", str(ranks), *command]
-    subprocess.run(command, check=True, capture_output=True, env=environment)
-    result = json.loads((out / "run" / "table1" / "result.json").read_text())
+    result = command.solved(out, SCENE, (*SETTINGS, f"mesh.size_um={size_um:g}"), ranks)
+    if result["status"] != "solved":
+        raise SystemExit(f"mesh.size_um = {size_um:g}: {result['reason']}")
     return {
         "size_um": size_um,
         "ranks": ranks,

@@ -15,13 +15,12 @@ from __future__ import annotations
 
 import argparse
 import csv
-import json
-import subprocess
 import sys
 import time
 from pathlib import Path
 from typing import Any
 
+import command
 from ngsolve_cell import REST, Elastic, Level
 
 LAWS = ("neo-hookean", "saint-venant", "mooney-rivlin", "yeoh")
@@ -40,22 +39,11 @@ FINEST = Level(far=0.35, near=0.07, lamina=0.05, order=4)
 
 def package(out: Path, name: str, law: str, *settings: str) -> dict[str, Any]:
     """Run the package's command line; its result.json."""
-    scene = out / f"{name}.toml"
-    scene.write_text(f'title = "Table 1"\n[cell]\nlaw = "{law}"\n[time]\nhistory = false\n')
-    sets = [word for setting in settings for word in ("--set", setting)]
-    command = [
-        sys.executable,
-        "-m",
-        "cellmech.study",
-        str(scene),
-        "--out",
-        str(out / name),
-        "--fresh",
-        "--quiet",
-        *sets,
-    ]
-    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-    return json.loads((out / name / name / "result.json").read_text())
+    scene = f'title = "Table 1"\n[cell]\nlaw = "{law}"\n[time]\nhistory = false\n'
+    result = command.solved(out / name, scene, settings)
+    if result["status"] != "solved":
+        raise SystemExit(f"cellmech {law}: {result['reason']}")
+    return result
 
 
 def picked(result: dict[str, Any]) -> dict[str, float]:

@@ -25,6 +25,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import command
+
 from cellmech import accuracy
 from cellmech.records import to_csv, write_whole
 
@@ -40,7 +42,7 @@ FINE = (
 )
 REFERENCE, CHECK = (("mesh.size_um=0.6", "time.rtol=1e-2", *FINE), ("mesh.size_um=1.2", "time.rtol=1e-2", *FINE))
 FULL_NEWTON = "import cellmech.snes as s; s.KEEP_RATE = -1.0; "  # a new tangent at every iteration
-STUDY = "import runpy; runpy.run_module('cellmech.study', run_name='__main__', alter_sys=True)"
+SCENE = 'title = "Table 1, neo-Hookean"\n'
 
 
 @dataclass(frozen=True)
@@ -87,28 +89,10 @@ CONTENDERS = (
 )
 
 
-def package(out: Path, settings: Sequence[str], ranks: int = 1, before: str = "") -> dict[str, Any]:
-    """Solve Table 1 by the package; its result.json."""
-    scene = out / "table1.toml"
-    scene.write_text('title = "Table 1, neo-Hookean"\n')
-    where = ["--out", str(out / "run"), "--fresh", "--quiet", "--ranks-per-case", str(ranks)]
-    sets = [word for setting in settings for word in ("--set", setting)]
-    command = [sys.executable, "-c", before + STUDY, str(scene), *where, *sets]
-    environment = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-    if ranks > 1:
-        command = ["mpirun", "-n", str(ranks), *command]
-    path = out / "run" / "table1" / "result.json"
-    path.unlink(missing_ok=True)
-    done = subprocess.run(command, capture_output=True, text=True, env=environment)
-    if not path.exists():
-        return {"status": "failed", "reason": (done.stderr.strip().splitlines() or ["no result"])[-1]}
-    return dict(json.loads(path.read_text()))
-
-
 def plain(size_um: float, numbers: Mapping[str, Any]) -> dict[str, Any]:
     """Solve it by the plain script, in the shape of a result.json."""
-    command = [sys.executable, str(HERE / "plain.py"), f"{size_um:g}", json.dumps(numbers)]
-    done = subprocess.run(command, capture_output=True, text=True)
+    words = [sys.executable, str(HERE / "plain.py"), f"{size_um:g}", json.dumps(numbers)]
+    done = subprocess.run(words, capture_output=True, text=True)
     if done.returncode != 0:
         return {"status": "failed", "reason": done.stderr.strip().splitlines()[-1]}
     found = json.loads(done.stdout.splitlines()[-1])
@@ -205,7 +189,7 @@ def main() -> int:
     arguments = parser.parse_args()
     arguments.out.mkdir(parents=True, exist_ok=True)
     chosen = [c for c in CONTENDERS if any(word in c.label for word in arguments.only)]
-    reference, check = (package(arguments.out, settings) for settings in (REFERENCE, CHECK))
+    reference, check = (command.solved(arguments.out, SCENE, settings) for settings in (REFERENCE, CHECK))
     machine = f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores; " + ", ".join(
         f"{key} {value}" for key, value in reference["versions"].items()
     )
@@ -221,11 +205,11 @@ def main() -> int:
                 result = plain(2.0, contender.plain[1] | {"end": 400.0})
             elif turn == 0:
                 small = (*contender.settings, "mesh.size_um=8", "time.rtol=0.3")
-                result = package(arguments.out, small, contender.ranks, contender.before)
+                result = command.solved(arguments.out, SCENE, small, contender.ranks, contender.before)
             elif contender.plain:
                 result = plain(*contender.plain)
             else:
-                result = package(arguments.out, contender.settings, contender.ranks, contender.before)
+                result = command.solved(arguments.out, SCENE, contender.settings, contender.ranks, contender.before)
             if turn:
                 found[contender.label].append(result)
                 print(f"  {contender.label}: {result['status']}, {result.get('wall_s', 0):.1f} s", flush=True)
