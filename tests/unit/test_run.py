@@ -6,7 +6,9 @@ from problems import block, displacement_space, hold, wet
 
 from cellmech.materials import mixtures
 from cellmech.residual import Body
-from cellmech.run import Run, Schedule
+from cellmech.run import Run, Schedule, Totals
+from cellmech.snes import Outcome
+from cellmech.stepping import Equilibrium, follow
 
 
 def creeping(end_s=2.0, **schedule):
@@ -49,3 +51,40 @@ def test_relative_error_is_of_the_largest_displacement_so_far():
     assert run.relative(error) == pytest.approx(1e-3, rel=1e-12)
     run.largest = 5.0
     assert run.relative(error) == pytest.approx(1e-4, rel=1e-12)
+
+
+class Scripted:
+    """Stands in for a run: a leap fails, and so does any exact or rough solve beyond `hard` in one step."""
+
+    def __init__(self, hard):
+        self.hard, self.calls, self.u = hard, [], np.zeros(1)
+        self.totals, self.log = Totals(), lambda line: None
+
+    def solve(self, amplitude, from_rest, rough=False, leap=False):
+        self.calls.append((amplitude, rough, leap))
+        found = not leap and amplitude - self.u[0] <= self.hard
+        self.u[:] = amplitude if found else np.nan
+        return Outcome(found, 3, 1, 0.0, "" if found else "too far")
+
+
+def test_way_to_a_load_is_rough_and_its_end_exact():
+    run = Scripted(hard=1.0)
+    here, outcome = follow(run, Equilibrium(0.0, np.zeros(1), at_rest=True), 1.0, 1e-4, leap=True)
+    assert run.calls == [
+        (1.0, False, True),
+        (0.125, True, False),
+        (0.375, True, False),
+        (0.875, True, False),
+        (1.0, False, False),
+    ]
+    assert outcome.converged and here.amplitude == 1.0 and outcome.iterations == 15
+
+
+def test_after_a_failure_equilibria_are_exact():
+    run = Scripted(hard=0.3)
+    here, outcome = follow(run, Equilibrium(0.0, np.zeros(1), at_rest=True), 1.0, 1e-4, leap=True)
+    assert outcome.converged and here.amplitude == 1.0
+    failed = run.calls.index((0.875, True, False))
+    assert run.calls[failed + 1] == (0.375, False, False)  # where it was, now exactly
+    assert not any(rough for _, rough, _ in run.calls[failed + 1 :])
+    assert run.totals.failed_solves >= 1
