@@ -43,7 +43,7 @@ unexport PYTHONPATH PYTHONHOME PETSC_DIR PETSC_ARCH SLEPC_DIR
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .PHONY: help setup study test paper paper-runs taken-over figures-smoke compare report audit calibrate calibrated
-.PHONY: fig1 fig2 fig3 fig4 fig5 fig6 fig7 table1 table2 table3 table-fig2 lint check speed-error clean
+.PHONY: fig1 fig2 fig3 fig4 fig5 fig6 fig7 table1 table2 table3 table-fig2 lint check speed speed-error clean
 .PHONY: verify accuracy defaults second-code mutants needs locking hard-cases
 MAKEFLAGS += --no-print-directory
 # A case that failed fails its study, and the figures that show the others and say so. So where goals follow each other
@@ -138,6 +138,9 @@ hard-cases: setup ## what is hard to solve, or must stop: verdicts, with the pla
 
 speed-error: setup ## speed against error, beside a plain FEniCSx script: table and plot
 	$(PYTHON) benchmarks/speed_error.py --out $(RESULTS)/speed-error $(ARGS)
+
+speed: setup ## whether the package has become slower: its cost over the plain script's, beside the stored ratios
+	$(PYTHON) benchmarks/ratios.py $(ARGS)
 
 accuracy: setup ## the error of every number of the four laws and of S1-S3, from refined runs
 	$(STUDY) studies/fig2.toml studies/fig7.toml --out $(RESULTS) --accuracy $(WITH)
