@@ -11,10 +11,12 @@ import fcntl
 import logging
 import math
 import os
+import sys
+import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 from mpi4py import MPI
@@ -22,6 +24,7 @@ from mpi4py import MPI
 from cellmech import fenicsx
 
 COMPILER_ARGUMENTS = ["-O2", "-g0"]
+PATIENCE_S = 10.0  # before a wait for another process is told of; a compilation takes a few seconds
 _looked_at: dict[Path, int] = {}  # when each cache directory last changed before it was looked through [ns]
 
 
@@ -39,8 +42,8 @@ def _compiling(comm: MPI.Comm) -> Iterator[dict[str, Any]]:
         yield options
         return
     directory.mkdir(parents=True, exist_ok=True)
-    with open(directory / "lock", "w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
+    with open(os.open(directory / "lock", os.O_RDWR | os.O_CREAT), "r+") as lock:
+        _wait_for(lock, directory)
         if _looked_at.get(directory) != directory.stat().st_mtime_ns:
             for source in directory.glob("libffcx_*.c"):
                 if not source.with_suffix(".c.cached").exists():
@@ -48,6 +51,24 @@ def _compiling(comm: MPI.Comm) -> Iterator[dict[str, Any]]:
             _looked_at[directory] = directory.stat().st_mtime_ns
         with _quiet():
             yield options
+
+
+def _wait_for(lock: IO[str], directory: Path) -> None:
+    """Take the lock; if that takes long, say which process has it: one that is stopped (Ctrl-Z) keeps it."""
+    deadline, told = time.monotonic() + PATIENCE_S, False
+    while True:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            break
+        except BlockingIOError:
+            if not told and time.monotonic() > deadline:
+                lock.seek(0)
+                holder = lock.read(20).strip() or "another one"
+                print(f"cellmech: waiting for process {holder}, which compiles into {directory}", file=sys.stderr)
+                told = True
+            time.sleep(0.01)
+    with suppress(OSError):  # a full disk: the number is for a message only
+        os.pwrite(lock.fileno(), f"{os.getpid():<10}".encode(), 0)
 
 
 @contextmanager
