@@ -9,7 +9,7 @@ from contextlib import suppress
 from glob import escape, glob
 from pathlib import Path
 
-from cellmech.archive import RESULT, Result, finished, forget, is_final
+from cellmech.archive import RESULT, Record, finished, forget, is_final
 from cellmech.records import CHECKPOINT, CaseFolder
 from cellmech.scene_file import scene_to_toml
 from cellmech.study_file import Case
@@ -30,7 +30,7 @@ def solved_beside(out: Path) -> dict[str, Path]:
     return found
 
 
-def take_over(source: Path, case: Case, folder: Path, key: str) -> Result | None:
+def take_over(source: Path, case: Case, folder: Path, key: str) -> Record | None:
     """Copy a finished case from another folder, under this case's name.
 
     Args:

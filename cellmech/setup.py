@@ -14,6 +14,7 @@ from dolfinx import fem
 from mpi4py import MPI
 from petsc4py import PETSc
 
+from cellmech.additions import Additions
 from cellmech.contact import Contact, Flat, Obstacle, Pillar, smooth_step
 from cellmech.disc import Grading
 from cellmech.domain import Domain, build_domain, whole
@@ -44,6 +45,7 @@ FADE, THINNEST = (
     5e-3,
 )  # most rings in which a layer's share falls from 1 to a half; their least width over the radius
 LOAD_STEPS = 20  # reported equilibria of a ramp when nothing depends on rate
+NONE = Additions()
 INSIDE_OUT: tuple[LayerName, ...] = tuple(reversed(LAYER_NAMES))
 MERGED: dict[tuple[LayerName, ...], str] = {("nucleoplasm", "lamina"): "nucleus", ("cytosol", "membrane"): "cytoplasm"}
 
@@ -181,10 +183,11 @@ class Setup:
         scene: validated input.
         comm: the ranks that share this case.
         plan: which layers are meshed apart.
+        additions: what the scene cannot say.
     """
 
-    def __init__(self, scene: Scene, comm: MPI.Comm, plan: MeshPlan) -> None:
-        self.scene, self.half = scene, scene.cell.shape == "half"
+    def __init__(self, scene: Scene, comm: MPI.Comm, plan: MeshPlan, additions: Additions = NONE) -> None:
+        self.scene, self.half, self.additions = scene, scene.cell.shape == "half", additions
         self.place: Placement = placement(scene)
         self.lift_um = scene.cell.gap_um if self.place.touch and not scene.cell.inertia else 0.0
         self.centre = (self.place.centre_x_um, self.place.centre_y_um - self.lift_um)
@@ -206,7 +209,7 @@ class Setup:
             grading=plan.grading,
         )
         self.domain = _domain(self.spec, comm.py2f())
-        self.obstacles = obstacles_of(scene)
+        self.obstacles = obstacles_of(scene) | dict(additions.obstacles)
         self.body, self.out_of_reach = self._body()
 
     def _contact_zone_um(self) -> float:
@@ -235,10 +238,10 @@ class Setup:
 
     def _body(self) -> tuple[Body, list[Obstacle]]:
         scene, domain = self.scene, self.domain
-        mixed = bool(mixed_layers(scene))
+        smeared, own = scene.cell.layers == "smeared", self.additions.materials
+        layers: dict[str, Material] = {name: own.get(name) or material(scene, name) for name in LAYER_NAMES}
+        mixed = any(one.mixed for one in layers.values())
         space = displacement_space(domain.mesh, scene.mesh.order, bubble=mixed)
-        smeared = scene.cell.layers == "smeared"
-        layers: dict[str, Material] = {name: material(scene, name) for name in LAYER_NAMES}
         first: dict[str, str] = {merged: pair[0] for pair, merged in MERGED.items()}
         groups = {name: layers[first.get(name, name)] for name, _ in self.interfaces if not smeared}
         blend = smeared_weights(scene, domain, self.centre) if smeared else None
@@ -279,6 +282,8 @@ class Setup:
         """Whether the obstacles are symmetric about the cell's vertical axis."""
         x0 = 2 * self.centre[0]
         pillars = [o for o in self.obstacles.values() if isinstance(o, Pillar)]
+        if len(pillars) + (self.scene.flat is not None) < len(self.obstacles):
+            return False  # whether the others are, nobody has said
         images = {(round(x0 - p.x_um, 9), p.y_um, p.half_width_um, p.height_um, p.exponent) for p in pillars}
         return images == {(round(p.x_um, 9), p.y_um, p.half_width_um, p.height_um, p.exponent) for p in pillars}
 

@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 from mpi4py import MPI
 
 from cellmech.agenda import Agenda, attach_errors, draw_up, share_with_twin
-from cellmech.archive import SUMMARY, Result, merge_tables
+from cellmech.archive import SUMMARY, Record, merge_tables
 from cellmech.command import Command, parser, understand
 from cellmech.errors import CellmechError, InputError
 from cellmech.interrupts import Interrupted, Interrupts
@@ -136,7 +136,7 @@ def say_names(what: str, labels: Iterable[str], hint: str = "") -> None:
         say(f"{what}: {', '.join(names[:10])}{', ...' * (len(names) > 10)}{hint}")
 
 
-def close(command: Command, agenda: Agenda, solved: Mapping[str, Result]) -> int:
+def close(command: Command, agenda: Agenda, solved: Mapping[str, Record]) -> int:
     """Write the tables, print them in short; the exit status.
 
     Raises:

@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from mpi4py import MPI
 
-from cellmech.archive import INTERNAL, RESULT
+from cellmech.archive import INTERNAL, RESULT, signed
 from cellmech.errors import CellmechError
 from cellmech.handout import Counter
 from cellmech.interrupts import Interrupts
-from cellmech.post import PAUSE_S, Post, Result, Watcher
+from cellmech.post import PAUSE_S, Post, Record, Watcher
 from cellmech.records import CaseFolder, json_text, write_whole
 from cellmech.study_file import Case
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:  # they bring DOLFINx along, which --list and bad input need n
 
 GRACE_S = 10.0  # for the other ranks of a case to run into the error that one has met
 
-Solve: TypeAlias = "Callable[[Case, CaseFolder, MPI.Comm, MeshPlan, Callable[[Progress], None]], Result]"
+Solve: TypeAlias = "Callable[[Case, CaseFolder, MPI.Comm, MeshPlan, Callable[[Progress], None]], Record]"
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class Job:
 
 def solve_jobs(
     jobs: list[Job], solve: Solve, world: MPI.Intracomm, ranks_per_case: int, watcher: Watcher, interrupts: Interrupts
-) -> list[Result]:
+) -> list[Record]:
     """Solve the cases, each on so many ranks, and write their files. Collective on world.
 
     Args:
@@ -121,7 +121,7 @@ class _Attempt:
         if self.lead:
             self.post.finished(self.index, result)
 
-    def _solve(self, solve: Solve) -> Result:
+    def _solve(self, solve: Solve) -> Record:
         folder = CaseFolder(self.job.folder, self.lead, self.job.key)
         try:
             for note in self.job.notes:
@@ -137,9 +137,8 @@ class _Attempt:
         if self.lead:
             self.post.progressed(self.index, progress)
 
-    def _complete(self, result: Result) -> Result:
-        hashes = {"source_hash": self.job.source, "input_hash": self.job.key}
-        return {"schema": 1, "case": self.job.case.name, "status": "", "reason": "", **hashes, **result, **hashes}
+    def _complete(self, result: Record) -> Record:
+        return signed(result, self.job.case.name, self.job.source, self.job.key)
 
     def _agree(self, reason: str, trace: str) -> tuple[str, str]:
         """What went wrong on the first rank where something did. If the others go on solving, the job is ended."""
@@ -158,7 +157,7 @@ class _Attempt:
         print(text, file=sys.stderr, flush=True)
         MPI.COMM_WORLD.Abort(1)
 
-    def _record(self, result: Result, trace: str) -> None:
+    def _record(self, result: Record, trace: str) -> None:
         """Leave on disk what is known of a case that fell over; if the disk is what failed, in the result only."""
         _append(self.job.folder / "run.log", f"failed: {result['reason']}\n{trace}")
         try:
