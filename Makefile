@@ -43,7 +43,7 @@ unexport PYTHONPATH PYTHONHOME PETSC_DIR PETSC_ARCH SLEPC_DIR
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .PHONY: help setup study test paper paper-runs taken-over figures-smoke compare report audit calibrate calibrated
-.PHONY: fig1 fig2 fig3 fig4 fig5 fig6 fig7 table1 table2 table3 table-fig2 lint check speed speed-error clean
+.PHONY: fig1 fig2 fig3 fig4 fig5 fig6 fig7 table1 table2 table3 table-fig2 lint check movie speed speed-error clean
 .PHONY: verify accuracy defaults second-code mutants needs locking hard-cases
 MAKEFLAGS += --no-print-directory
 # A case that failed fails its study, and the figures that show the others and say so. So where goals follow each other
@@ -123,6 +123,9 @@ $(CALIBRATED:%=shapes-%): shapes-%: setup
 
 figures-smoke: ## all of `make paper` on a coarse mesh, in minutes, into results/smoke
 	@$(MAKE) paper RESULTS=results/smoke SETTINGS="mesh.size_um=6 time.rtol=1e-2"
+
+movie: run-movie ## a film of Table 1's cell as the load comes on, displacements magnified
+	$(PLOTS) movie --case $(RESULTS)/movie/movie --magnify 15 --out $(FIGURES)
 
 lint: setup ## ruff and mypy
 	$(PYTHON) -m ruff check .

@@ -18,12 +18,13 @@ from cellmech import __version__, checkpoint
 from cellmech.additions import Additions
 from cellmech.ellipticity import Stability, StabilityWatch
 from cellmech.errors import SolveError
+from cellmech.layering import MeshPlan, mesh_plan
 from cellmech.model import describe_model
 from cellmech.observables import Observer
 from cellmech.records import CaseFolder, flatten
 from cellmech.run import Memory, Run, Step
 from cellmech.scene_file import scene_to_toml
-from cellmech.setup import NONE, MeshPlan, Setup, mesh_plan
+from cellmech.setup import NONE, Setup
 from cellmech.study_file import Case
 from cellmech.vtu import write_fields
 

@@ -82,15 +82,15 @@ class Result:
                 raise InputError(str(path), column, f"must hold numbers only ({error})", None, AGAIN) from None
         return found
 
-    def fields(self) -> Any:
-        """The last field file as a pyvista UnstructuredGrid: fields at the points of every triangle, see `vtu`.
+    def fields(self, file: Path | None = None) -> Any:
+        """A field file, the last if none is given, as a pyvista UnstructuredGrid: every triangle has its own points.
 
         Raises:
             InputError: for a file that is missing or broken.
         """
         import pyvista
 
-        path = self.last_fields()[1]
+        path = file or self.last_fields()[1]
         try:
             with pyvista.vtk_verbosity("off"), warnings.catch_warnings():
                 warnings.filterwarnings("error", message=".*raised an error while reading")  # pyvista reads on
@@ -125,22 +125,32 @@ class Result:
         table = "".join(f"<tr>{row}</tr>" for row in rows)
         return f"<table><caption>{html.escape(title)}</caption>{table}</table>"
 
-    def last_fields(self) -> tuple[float, Path]:
-        """Time [s] and file of the last field file that fields.pvd lists.
+    def series(self) -> list[tuple[float, Path]]:
+        """Times [s] and files of the field files that fields.pvd lists, in order of time.
 
         Raises:
             InputError: for a fields.pvd that is missing or broken, or names a file that is not there.
         """
+        return [self._there(*entry) for entry in self._listed()]
+
+    def last_fields(self) -> tuple[float, Path]:
+        """Time [s] and file of the last of them; raises likewise."""
+        return self._there(*self._listed()[-1])
+
+    def _listed(self) -> list[tuple[float, str]]:
         path = self.folder / "fields.pvd"
         try:
-            entries = [
-                (float(e.attrib["timestep"]), e.attrib["file"]) for e in ET.fromstring(_text(path)).iter("DataSet")
-            ]
-            t_s, name = max(entries)
+            entries = ET.fromstring(_text(path)).iter("DataSet")
+            found = sorted((float(e.attrib["timestep"]), e.attrib["file"]) for e in entries)
         except (ET.ParseError, KeyError, ValueError) as error:
             raise InputError(str(path), "", f"is no list of field files ({error})", None, AGAIN) from None
+        if not found:
+            raise InputError(str(path), "", "is no list of field files (it is empty)", None, AGAIN)
+        return found
+
+    def _there(self, t_s: float, name: str) -> tuple[float, Path]:
         if not (self.folder / name).is_file():
-            raise InputError(str(path), name, "the file it names is not there", None, AGAIN)
+            raise InputError(str(self.folder / "fields.pvd"), name, "the file it names is not there", None, AGAIN)
         return t_s, self.folder / name
 
 

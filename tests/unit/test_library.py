@@ -10,9 +10,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 import cellmech
 from cellmech.energies import neo_hookean
+from cellmech.figures.field_picture import make_film
 from cellmech.moduli import lame
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -93,6 +95,28 @@ def test_plot_shows_the_field_and_names_those_that_there_are(solved):
     assert np.nanmax(drawn) == pytest.approx(max(solved.number(f"{r}.J1_max") for r in ("cell", "nucleus")), rel=1e-6)
     with pytest.raises(cellmech.InputError, match=r"J9: must be one of sigma_mises_Pa"):
         solved.plot("J9")
+
+
+def test_film_has_a_picture_for_each_time_on_one_scale(tmp_path, solved):
+    scene = cellmech.Scene(mesh=COARSE, time={"history": False, "end_s": 10000}, output={"times_s": [4000, 7000]})
+    result = cellmech.solve(scene)
+    assert [t for t, _ in result.series()] == [4000, 7000, 10000]
+    film = tmp_path / "films" / "j1.gif"
+    assert make_film(result, film, "J1", magnify=10) == 3
+    with Image.open(film) as pictures:
+        assert pictures.n_frames == 3
+        shown = []
+        for k in range(3):
+            pictures.seek(k)
+            shown.append(np.asarray(pictures.convert("RGB"), dtype=float))
+    scale = slice(int(0.84 * shown[0].shape[1]), None)  # the colour bar stays, the cell moves
+    assert np.abs(shown[0] - shown[2])[:, scale].mean() < 1.0 < np.abs(shown[0] - shown[2]).mean()
+    assert not list(film.parent.glob(".partial*"))
+
+
+def test_film_needs_several_times(tmp_path, solved):
+    with pytest.raises(cellmech.InputError, match=r"fields\.pvd: must list several times for a film"):
+        make_film(solved, tmp_path / "j1.gif", "J1")
 
 
 def test_notebook_shows_a_table_of_the_regions(solved):
