@@ -384,6 +384,9 @@ def test_override_that_clashes_with_one_case_names_both(refusal):
         (b"a = " + b"[" * 5000, "must not nest lists and tables more than 20 deep"),
         (b"title = " + b"{a=" * 30 + b"1" + b"}" * 30, "must not nest lists and tables more than 20 deep"),
         (b".".join([b"a"] * 500) + b" = 1", "must not nest lists and tables more than 20 deep"),
+        (b"[load]\nfactor = 0x" + b"f" * 5000, "must be a number within the range of a double"),
+        (b'[sweep]\n"load.factor" = [0x' + b"f" * 5000 + b"]", "must be a number within the range of a double"),
+        (b"unknown = [{a = 0x" + b"f" * 5000 + b"}]", "must be a number within the range of a double"),
         (b"#" * 1_000_001, "must be at most 1,000,000 bytes long"),
     ],
 )
@@ -394,6 +397,17 @@ def test_file_that_is_no_toml_is_refused_with_its_line(tmp_path, monkeypatch, co
         load_study("bad.toml")
     assert caught.value.where == "bad.toml"
     assert rule in caught.value.rule
+
+
+def test_message_is_one_short_line_whatever_the_names_and_values_hold():
+    error = InputError("a\nb\x1b[31m.toml", "key\u2028", "rule\r", ["\n" * 5000], "hint\x00" * 5000)
+    assert str(error).isprintable()
+    assert len(str(error)) < 1500
+    assert str(error).startswith(r"a\nb\x1b[31m.toml: key\u2028: rule\r; got ['\n\n")
+
+
+def test_value_of_a_case_that_would_fill_the_screen_is_cut(refusal):
+    assert len(str(refusal("[[case]]\nname = [" + "0, " * 20_000 + "]"))) < 300
 
 
 @pytest.mark.parametrize(
