@@ -11,17 +11,21 @@ import fcntl
 import logging
 import math
 import os
+import sys
+import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 from mpi4py import MPI
 
 from cellmech import fenicsx
+from cellmech.errors import CellmechError
 
 COMPILER_ARGUMENTS = ["-O2", "-g0"]
+PAUSE_S, TELL_S = 0.02, 30.0  # between two looks at the lock; a compilation takes less
 _looked_at: dict[Path, int] = {}  # when each cache directory last changed before it was looked through [ns]
 
 
@@ -38,9 +42,14 @@ def _compiling(comm: MPI.Comm) -> Iterator[dict[str, Any]]:
     if comm.rank != 0:
         yield options
         return
-    directory.mkdir(parents=True, exist_ok=True)
-    with open(directory / "lock", "w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
+    with ExitStack() as stack:
+        try:
+            directory.mkdir(parents=True, exist_ok=True)
+            lock = stack.enter_context(open(directory / "lock", "w"))
+        except OSError as error:
+            rule = f"compiled equations cannot be kept there ({error.strerror})"
+            raise CellmechError(f"{directory}: {rule}. Name another place with XDG_CACHE_HOME.") from None
+        _take(lock)
         if _looked_at.get(directory) != directory.stat().st_mtime_ns:
             for source in directory.glob("libffcx_*.c"):
                 if not source.with_suffix(".c.cached").exists():
@@ -48,6 +57,20 @@ def _compiling(comm: MPI.Comm) -> Iterator[dict[str, Any]]:
             _looked_at[directory] = directory.stat().st_mtime_ns
         with _quiet():
             yield options
+
+
+def _take(lock: IO[str]) -> None:
+    """Wait for the lock; who waits for long, maybe for a process that has been suspended, is told so."""
+    told_at = time.monotonic() + TELL_S
+    while True:
+        try:
+            return fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            if time.monotonic() > told_at:
+                told_at = math.inf
+                text = f"cellmech: waits for another process that compiles equations and holds {lock.name}"
+                print(text, file=sys.stderr, flush=True)
+            time.sleep(PAUSE_S)
 
 
 @contextmanager

@@ -1,10 +1,15 @@
-"""The compiler's cache survives a kill."""
+"""The compiler's cache survives a kill, and a process that keeps it locked is named."""
 
+import fcntl
 import os
 import signal
 import subprocess
 import sys
 import time
+
+from mpi4py import MPI
+
+from cellmech import forms
 
 COMPILE = """
 import ufl
@@ -45,3 +50,24 @@ def test_killed_compilation_does_not_stop_the_next_run(tmp_path):
     out, err = after.communicate(timeout=60)
     assert out == "compiled\n", err
     assert marks[0].with_suffix(".c.cached").exists()
+
+
+def test_who_waits_long_for_the_compiler_is_told_for_what(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setattr(forms, "TELL_S", 0.0)
+    (tmp_path / "cellmech").mkdir()
+    other = open(tmp_path / "cellmech" / "lock", "w")
+    fcntl.flock(other, fcntl.LOCK_EX)
+    looks = []
+
+    def sleep(seconds):
+        looks.append(seconds)
+        if len(looks) == 3:
+            other.close()
+
+    monkeypatch.setattr(forms.time, "sleep", sleep)
+    with forms._compiling(MPI.COMM_SELF):
+        pass
+    where = tmp_path / "cellmech" / "lock"
+    assert capsys.readouterr().err == f"cellmech: waits for another process that compiles equations and holds {where}\n"
+    assert len(looks) == 3
