@@ -19,7 +19,9 @@ from cellmech.errors import InputError
 from cellmech.figures.parameters import value_at
 from cellmech.scene import Scene
 from cellmech.scene_file import read_scene
-from cellmech.study_file import Study, read_toml
+from cellmech.sealed import SEAL, damage, is_whole
+from cellmech.study_file import Study
+from cellmech.toml_file import read_toml
 
 AGAIN = "Solve the case again (python -m cellmech.study … --fresh)."
 
@@ -200,6 +202,11 @@ def read_case(folder: Path) -> CaseResult:
         raise InputError(str(path), "", f"is no valid JSON: {error}", None, AGAIN) from None
     if not isinstance(result, dict):
         raise InputError(str(path), "", "must be a JSON object", None, AGAIN)
+    if SEAL in result and not is_whole(result):
+        raise InputError(str(path), "", "is damaged: its content is not what was written", None, AGAIN)
+    there = {name: known for name, known in result.get("files", {}).items() if (folder / name).exists()}
+    if fault := damage(folder, there):
+        raise InputError(str(folder), "", fault, None, AGAIN)
     scene = str(folder / "scene.toml")
     return CaseResult(folder.name, folder, read_scene(read_toml(scene), scene), result)
 
