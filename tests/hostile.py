@@ -175,7 +175,7 @@ def move(draw, data):
     holder, key = somewhere(draw, data)
     value = holder.pop(key, 1) if isinstance(holder, dict) else holder[key]
     other, place = somewhere(draw, data)
-    other[place] = value
+    other[place] = copy.deepcopy(value)  # no cycles
 
 
 def many(draw, data):
@@ -345,7 +345,7 @@ def dumped(data):
     """The tree as TOML, and "" for the rare one that TOML cannot hold."""
     try:
         return tomli_w.dumps(data).encode("utf-8", errors="surrogateescape")
-    except (ValueError, TypeError, AttributeError):
+    except (ValueError, TypeError, AttributeError, RecursionError):
         return b""
 
 
