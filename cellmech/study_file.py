@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import os
-import tomllib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,7 +15,7 @@ from cellmech.scene import Scene
 from cellmech.scene_file import read_scene
 from cellmech.scene_keys import brief, check_tables, put
 from cellmech.study_cases import Variant, check_names, name_fault, named_variants, swept_variants
-from cellmech.toml_file import check_size, read_toml
+from cellmech.toml_file import check_size, parse, read_toml
 
 OVERRIDE = "--set"
 
@@ -127,8 +126,8 @@ def parse_overrides(texts: Iterable[str]) -> dict[str, Any]:
 
 def _toml_value(text: str) -> Any:
     try:
-        data = tomllib.loads(f"value = {text}")
-    except (ValueError, RecursionError):
+        data = parse(f"value = {text}", OVERRIDE)
+    except InputError:
         return text
     return data["value"] if len(data) == 1 else text
 

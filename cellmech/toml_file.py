@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import stat
 import tomllib
 from collections.abc import Iterator
@@ -13,6 +14,8 @@ from cellmech.errors import InputError, cut
 MOST_BYTES = 1_000_000
 MOST_BITS = 1024  # of a whole number; a double's largest
 DEEPEST = 20  # levels of tables and lists; a scene has four
+# A key of so many parts as no sentence has; the parser's memory goes with the square of their number.
+LONG_KEY = re.compile(r"""(?<![\w-])(?>(?>[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){60}""")
 
 
 def read_toml(where: str) -> dict[str, Any]:
@@ -36,16 +39,29 @@ def read_toml(where: str) -> dict[str, Any]:
     if len(raw) > MOST_BYTES:
         raise InputError(where, "", f"must be at most {MOST_BYTES:,} bytes long")
     try:
-        data = tomllib.loads(raw.decode("utf-8-sig"))
+        text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = raw.count(b"\n", 0, error.start) + 1
         raise InputError(where, "", f"must be UTF-8 text, and is not (at line {line})") from None
+    data = parse(text, where)
+    check_size(data, where)
+    return data
+
+
+def parse(text: str, where: str) -> dict[str, Any]:
+    """The data of a TOML text.
+
+    Raises:
+        InputError: for what is no TOML, or would take the parser too far.
+    """
+    if LONG_KEY.search(text):
+        raise _too_deep(where)
+    try:
+        return tomllib.loads(text)
     except ValueError as error:  # of tomllib, and of int() for thousands of digits
         raise InputError(where, "", f"is no valid TOML: {error}") from None
     except RecursionError:
         raise _too_deep(where) from None
-    check_size(data, where)
-    return data
 
 
 def check_size(data: object, where: str) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from cellmech import study_cases
+from cellmech import study_cases, toml_file
 from cellmech.errors import InputError
 from cellmech.scene import Scene
 from cellmech.scene_file import scene_to_toml
@@ -397,6 +397,20 @@ def test_file_that_is_no_toml_is_refused_with_its_line(tmp_path, monkeypatch, co
         load_study("bad.toml")
     assert caught.value.where == "bad.toml"
     assert rule in caught.value.rule
+
+
+@pytest.mark.parametrize("key", ["a.", "a . ", '"a b".', "'a'."])
+@pytest.mark.parametrize("start", ["", "[", "x = {", "[cell]\n"])
+def test_key_of_many_parts_never_reaches_the_parser(study, monkeypatch, start, key):
+    """Whose memory goes with the square of their number: 200 KB would take tens of gigabytes."""
+    monkeypatch.setattr(toml_file.tomllib, "loads", lambda text: pytest.fail("parsed"))
+    with pytest.raises(InputError, match="must not nest"):
+        study(start + key * 60 + "b = 1")
+
+
+def test_many_words_with_dots_are_no_key(study):
+    words = ". ".join(["# one. two"] * 100) + "\n" + "# " + "3.14 " * 200 + "\n"
+    assert study(words + "[output]\ntimes_s = [" + ", ".join(f"{i}.5" for i in range(1, 200)) + "]").cases
 
 
 def test_message_is_one_short_line_whatever_the_names_and_values_hold():
