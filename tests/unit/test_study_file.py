@@ -240,6 +240,8 @@ def test_cases_can_replace_pillars_and_flat(study):
         ('[[case]]\nname = "a"\n"time.end_s" = 0', "my.toml, case 'a'", "time.end_s", "> 0"),
         ('[[case]]\nname = "a"\ncell = 3', "my.toml, case 'a'", "cell", "must be a table"),
         ('[[case]]\nname = "a"\n[[case]]\nname = "A"', "my.toml", "case", "upper and lower case from 'a'"),
+        ('[[case]]\nname = "\u00e4"\n[[case]]\nname = "a\u0308"', "my.toml", "case", "how accents are coded from 'ä'"),
+        ('[[case]]\nname = "\u00c4"\n[[case]]\nname = "a\u0308"', "my.toml", "case", "how accents are coded from 'Ä'"),
         ('[sweep]\n"cell.law" = ["yeoh"]\n[[case]]\nname = "a"', "my.toml", "case", "must not stand beside [sweep]"),
     ],
 )
