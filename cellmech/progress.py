@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cellmech.archive import INTERNAL
+from cellmech.archive import DISK, INTERNAL
 from cellmech.records import flatten
 
 if TYPE_CHECKING:  # brings DOLFINx along
@@ -163,7 +163,7 @@ class Plain(Quiet):
     def tell(self, index: int, result: Mapping[str, Any]) -> None:
         """Say how a case ended."""
         self.line(f"[{self.done}/{self.total}] {self.labels[index]}: {ending(result)}")
-        if result["reason"].startswith(INTERNAL):
+        if result["reason"].startswith((INTERNAL, DISK)):
             super().tell(index, result)
 
     def line(self, text: str) -> None:

@@ -19,7 +19,7 @@ from cellmech.errors import CellmechError, InputError
 from cellmech.interrupts import Interrupted, Interrupts
 from cellmech.post import meet
 from cellmech.progress import Plain, Quiet, on_terminal, results_table, say
-from cellmech.records import json_text
+from cellmech.sealed import SEAL, json_text
 from cellmech.sweep import solve_jobs
 
 T = TypeVar("T")
@@ -166,7 +166,10 @@ def close(command: Command, agenda: Agenda, solved: Mapping[str, Record]) -> int
             say(f"\n{order.study.title}: largest values in the nucleus at the end\n{table}\n")
             for name, lines in errors.items():
                 say("\n".join([f"{name}: {lines[0]}", *lines[1:]]))
-        studies.append({"study": order.study.stem, "title": order.study.title, "out": str(order.out), "cases": here})
+        bare = {
+            name: {key: record[key] for key in record if key not in ("files", SEAL)} for name, record in here.items()
+        }
+        studies.append({"study": order.study.stem, "title": order.study.title, "out": str(order.out), "cases": bare})
         if command.options.json:
             continue
         good = sum(result["status"] == "solved" for result in here.values())
