@@ -12,8 +12,9 @@ from dolfinx import fem
 from dolfinx import mesh as dmesh
 from mpi4py import MPI
 
-from cellmech import p2_bubble
+from cellmech import p2_bubble, shared_memory
 
+shared_memory.release()  # whoever solves comes through here
 OLD = tuple(int(part) for part in dolfinx.__version__.split(".")[:2]) < (0, 9)
 
 
@@ -80,6 +81,14 @@ def compiled_form(form: Any, jit: dict[str, Any]) -> Any:
 def compiled_expression(expression: Any, points: np.ndarray, jit: dict[str, Any]) -> Any:
     """A UFL expression compiled for evaluation at reference points, shape (n, 2)."""
     return fem.Expression(expression, points, **{"jit_params" if OLD else "jit_options": jit})
+
+
+def mesh_of(expression: Any) -> Any:
+    """The mesh that a UFL expression lives on."""
+    if OLD:
+        return expression.ufl_domain().ufl_cargo()
+    domain = ufl.domain.extract_unique_domain(expression)
+    return dmesh.Mesh(domain.ufl_cargo(), domain)  # the cargo is the C++ mesh; evaluation asks for Python's
 
 
 def evaluate(expression: Any, mesh: Any, cells: np.ndarray) -> np.ndarray:
