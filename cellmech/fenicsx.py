@@ -11,6 +11,7 @@ import ufl
 from dolfinx import fem
 from dolfinx import mesh as dmesh
 from mpi4py import MPI
+from petsc4py import PETSc
 
 from cellmech import p2_bubble, shared_memory
 
@@ -94,3 +95,11 @@ def mesh_of(expression: Any) -> Any:
 def evaluate(expression: Any, mesh: Any, cells: np.ndarray) -> np.ndarray:
     """Values of a compiled expression in the cells, shape (n_cells, n_points * value_size)."""
     return expression.eval(cells) if OLD else expression.eval(mesh, cells).reshape(len(cells), -1)
+
+
+def solve(snes: PETSc.SNES, x: PETSc.Vec) -> None:
+    """Solve; what a callback raises arrives as it is (petsc4py 3.22 makes it the cause of an error of its own)."""
+    try:
+        snes.solve(None, x)
+    except PETSc.Error as error:
+        raise error.__cause__ or error from None
