@@ -127,7 +127,7 @@ class PointValues:
     def __init__(self, expression: Any, points: np.ndarray, comm: MPI.Comm) -> None:
         with _compiling(comm) as options:
             self._expression = fenicsx.compiled_expression(expression, np.asarray(points, dtype=float), options)
-        self.n_points, self._mesh = len(points), expression.ufl_domain().ufl_cargo()
+        self.n_points, self._mesh = len(points), fenicsx.mesh_of(expression)
         self.value_size = math.prod(expression.ufl_shape)
 
     def __call__(self, cells: np.ndarray) -> np.ndarray:

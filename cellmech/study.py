@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 
 from mpi4py import MPI
 
+from cellmech import shared_memory
 from cellmech.agenda import Agenda, attach_errors, draw_up, share_with_twin
 from cellmech.archive import SUMMARY, Record, merge_tables
 from cellmech.command import Command, parser, understand
@@ -187,6 +188,7 @@ def main(arguments: Sequence[str] | None = None, load: Callable[[], Any] = load_
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # a name this terminal cannot show must not stop a study
     world, status = MPI.COMM_WORLD, 1
+    shared_memory.release()
     try:
         with Interrupts() as interrupts:
             status = run(arguments, world, interrupts, load)
