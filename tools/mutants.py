@@ -184,7 +184,7 @@ def try_out(mutant: Mutant, copy: Copy, sound_s: float) -> Verdict:
 
 
 def word_of(status: int, out: str) -> str:
-    """What pytest's status and output say of a mutant; Python's own failures, as for want of pytest, are status 1, too."""
+    """What pytest's status and output say of a mutant. Without pytest, Python's status is 1, too."""
     if status == TESTS_FAILED and " failed" in out:
         return "killed"
     return "SURVIVES" if status == 0 else f"NO TEST RUN (status {status})"
