@@ -201,7 +201,7 @@ class Campaign:
 
 def rule_of(message: str) -> str:
     """The rule in a message, without what differs from file to file."""
-    text = message.removeprefix("cellmech: error: ").split("; got ")[0]
+    text = message.strip().removeprefix("cellmech: error: ").split("; got ")[0]
     rule = next((part for part in text.split(": ")[1:] if " " in part), text)
     return re.sub(r"[-+]?\d[\d.,e+-]*", "#", re.sub(r"'[^']*'|\([^)]*\)", "…", rule))[:70].replace("|", "/")
 
