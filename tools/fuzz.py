@@ -121,7 +121,10 @@ class Campaign:
 
     def count(self, table: str, what: str) -> None:
         """One more of these."""
-        self.counts.setdefault(table, Counter())[what] += 1
+        counts = self.counts.setdefault(table, Counter())
+        counts[what] += 1
+        if table in ("check", "solve") and counts.total() % (500 if table == "check" else 50) == 0:
+            print(f"{table}: {counts.total()} done", flush=True)
 
     def folder(self, attempt: Attempt) -> Path:
         """A fresh folder with the file and what an earlier run may have left, in one that must not change either."""
@@ -198,7 +201,7 @@ class Campaign:
 
 def rule_of(message: str) -> str:
     """The rule in a message, without what differs from file to file."""
-    text = message.removeprefix("cellmech: error: ").split("; got ")[0]
+    text = message.strip().removeprefix("cellmech: error: ").split("; got ")[0]
     rule = next((part for part in text.split(": ")[1:] if " " in part), text)
     return re.sub(r"[-+]?\d[\d.,e+-]*", "#", re.sub(r"'[^']*'|\([^)]*\)", "…", rule))[:70].replace("|", "/")
 
