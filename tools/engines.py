@@ -77,7 +77,7 @@ class Buildah(Engine):
     def run(self, *command: str, results: Path | None = None, user: str = "") -> subprocess.CompletedProcess[str]:
         """As with an engine; Buildah itself does not know what the image runs by itself."""
         options = [f"--user={user}"] * bool(user) + [f"--volume={results}:/results:rw"] * (results is not None)
-        command = command or tuple(json.loads(self._inspect("{{json .OCIv1.Config.Cmd}}")))
+        command = command or tuple(json.loads(self._look("inspect", "--type=image", IMAGE))["OCIv1"]["config"]["Cmd"])
         container = self._look("from", "--pull-never", IMAGE)
         try:
             return _output(["buildah", "run", *self._settings(), *options, container, "--", *command])
@@ -91,9 +91,6 @@ class Buildah(Engine):
             return 1024 * int(_output(["du", "-skx", self._look("mount", container)]).stdout.split()[0])
         finally:
             self._look("rm", container)
-
-    def _inspect(self, template: str) -> str:
-        return self._look("inspect", "--type=image", "--format", template, IMAGE)
 
     def _make_base(self) -> None:
         """Debian 13 as small as the official image, but for what that leaves out of packages."""
