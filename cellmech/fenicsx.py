@@ -94,7 +94,7 @@ def mesh_of(expression: Any) -> Any:
 
 def evaluate(expression: Any, mesh: Any, cells: np.ndarray) -> np.ndarray:
     """Values of a compiled expression in the cells, shape (n_cells, n_points * value_size)."""
-    return expression.eval(cells) if OLD else expression.eval(mesh, cells).reshape(len(cells), -1)
+    return expression.eval(cells) if OLD else expression.eval(mesh, cells)
 
 
 def solve(snes: PETSc.SNES, x: PETSc.Vec) -> None:
