@@ -168,6 +168,13 @@ needs: setup ## what each optional part costs and changes where it does nothing
 locking: setup ## P2 alone beside the mixed form as nu -> 0.5, into results/locking
 	$(PYTHON) benchmarks/locking.py --out $(RESULTS)/locking $(ARGS)
 
+.PHONY: docs
+docs: setup ## the documentation as web pages into build/docs (installs Sphinx into .venv)
+	@$(PYTHON) -c 'import furo, myst_parser, sphinx' 2>/dev/null || $(PYTHON) -m pip install --quiet --no-input \
+		--disable-pip-version-check --constraint .venv/debian-versions.txt --editable '.[docs]'
+	$(PYTHON) tools/scene_reference.py
+	$(PYTHON) -m sphinx -W --keep-going -b html -d build/doctrees docs build/docs $(ARGS)
+
 clean: ## remove caches; results and .venv stay
 	rm -rf build dist .pytest_cache .ruff_cache .mypy_cache .hypothesis
 	find . -path ./.venv -prune -o -name __pycache__ -type d -exec rm -rf {} +
