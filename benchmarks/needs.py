@@ -31,9 +31,9 @@ from pathlib import Path
 from typing import Any
 
 from cellmech.accuracy import Assessed, assess, bears_on, numbers, refinements
-from cellmech.records import plain
 from cellmech.scene import Scene
 from cellmech.scene_file import read_scene, scene_to_toml
+from cellmech.sealed import plain
 from cellmech.study_file import Case
 
 NEWTON, SMALL, ABSOLUTE = 1e-9, 1e-4, 1e-6

@@ -10,11 +10,12 @@ from typing import Any
 
 from cellmech.accuracy import assess, bears_on
 from cellmech.accuracy_report import error_trees, report, table_rows
-from cellmech.archive import INTERNAL, RESULT, Record, finished, forget, input_key, merge_tables, source_hash
+from cellmech.archive import DISK, Record, finished, forget, input_key, merge_tables, source_hash
 from cellmech.command import Command, Order
 from cellmech.errors import CellmechError
-from cellmech.records import json_text, to_csv, write_whole
+from cellmech.records import RESULT, to_csv, write_whole
 from cellmech.reuse import solved_beside, take_over
+from cellmech.sealed import sealed
 from cellmech.study_file import Case
 from cellmech.sweep import Job
 
@@ -106,7 +107,7 @@ def share_with_twin(twin: Job, job: Job, result: Record) -> Record:
     try:
         copied = take_over(job.folder, twin.case, twin.folder, twin.key)
     except OSError as error:
-        result = {**result, "status": "failed", "reason": f"{INTERNAL}: {job.folder} cannot be copied ({error})"}
+        result = {**result, "status": "failed", "reason": f"{DISK}: {job.folder} cannot be copied ({error})"}
         copied = None
     return copied or {**result, "case": twin.case.name}
 
@@ -133,7 +134,7 @@ def attach_errors(command: Command, order: Order, results: dict[str, Record]) ->
         results[label] = {**results[label], **error_trees(assessed)}
         folder = order.out / case.name
         try:
-            write_whole(folder / RESULT, json_text(results[label]))
+            write_whole(folder / RESULT, sealed(results[label]))
             write_whole(folder / ACCURACY, to_csv(table_rows(assessed)))
         except OSError as error:
             raise CellmechError(f"{folder}: the errors cannot be written ({error.strerror})") from None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import fcntl
 import hashlib
 import json
@@ -9,16 +10,19 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Protocol, TypeAlias
+from typing import IO, Any, Protocol, TypeAlias
 
 from cellmech.errors import CellmechError
-from cellmech.records import CHECKPOINT, flatten, to_csv, write_whole
+from cellmech.records import CHECKPOINT, LOG, RESULT, flatten, to_csv, write_whole
 from cellmech.scene_file import scene_hash
+from cellmech.sealed import damage, is_whole
 from cellmech.study_file import Case
 
 SUMMARY, TIMINGS, LOCK = "summary.csv", "timings.csv", ".lock"
-RESULT = "result.json"
-INTERNAL = "internal error"  # begins the reason of a failure that does not follow from the inputs
+INTERNAL, DISK = (
+    "internal error",
+    "the disk refuses",
+)  # begin the reasons of failures that do not follow from the inputs
 MACHINE = ("wall_s", "ranks", "memory_MB")  # differ between runs of equal inputs: kept out of summary.csv
 COSTS = ("steps", "rejected_steps", "newton_iterations", "factorisations", "mesh_cells", "dofs")
 
@@ -66,6 +70,8 @@ def recorded(folder: Path, key: str, note: Callable[[str], None] = lambda line: 
         note(f"{RESULT} of an earlier run is not one of this program's: solved anew")
     elif result["input_hash"] != key:
         note(f"{RESULT} of an earlier run is of other inputs or another version of the program: solved anew")
+    elif not is_whole(result):
+        note(f"{RESULT} of an earlier run is damaged: its content is not what was written: solved anew")
     else:
         return result
     return None
@@ -79,14 +85,17 @@ def signed(record: Record, case: str, source: str, key: str) -> Record:
 
 def is_final(result: Record) -> bool:
     """Whether equal inputs must end alike: solved, or failed for a physical reason."""
-    return result["status"] == "solved" or not result["reason"].startswith(INTERNAL)
+    return result["status"] == "solved" or not result["reason"].startswith((INTERNAL, DISK))
 
 
 def finished(folder: Path, key: str, note: Callable[[str], None] = lambda line: None) -> Record | None:
-    """As `recorded`, if the result is final; the note says what was not."""
+    """As `recorded`, if the result is final and the files beside it are sound; the note says what was not."""
     result = recorded(folder, key, note)
     if result is not None and not is_final(result):
         note(f"an earlier run failed ({result['reason']}): tried again")
+        return None
+    if result is not None and (fault := damage(folder, result.get("files", {}))):
+        note(f"of an earlier run {fault}: solved anew")
         return None
     return result
 
@@ -135,6 +144,37 @@ def _alone(folder: Path) -> Iterator[None]:
         with suppress(OSError):  # a file system without locks: what two at once may miss, the next run puts in
             fcntl.flock(stream, fcntl.LOCK_EX)
         yield
+
+
+@contextmanager
+def alone_in(folder: Path, wait: Callable[[], None] | None = None) -> Iterator[None]:
+    """Keep other processes from a case's folder, which is made if need be.
+
+    Args:
+        folder: of the case; what is locked is its run.log. A lock ends with its process, however that ends.
+        wait: called again and again while another process is there; without it that is an error.
+
+    Raises:
+        BlockingIOError: another process is at work in the folder.
+        OSError: the disk refuses.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    with open(folder / LOG, "a") as stream:
+        while not _locked(stream):
+            if wait is None:
+                raise BlockingIOError(errno.EAGAIN, "another process is at work there", str(folder))
+            wait()
+        yield
+
+
+def _locked(stream: IO[str]) -> bool:
+    try:
+        fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:
+        pass  # a file system without locks
+    return True
 
 
 def write_tables(folder: Path, cases: Sequence[Case], results: Sequence[Mapping[str, Any]]) -> None:

@@ -5,9 +5,9 @@ Nodal vectors are stored with the positions of their nodes, by which any other p
 
 from __future__ import annotations
 
+import hashlib
 import io
 import json
-import zipfile
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from scipy.spatial import cKDTree
 from cellmech.records import CHECKPOINT, CaseFolder
 from cellmech.run import Memory
 
+HASH_BYTES = 32  # SHA-256 of the rest, which is an .npz file
 SAME_NODE = 1e-9  # of the mesh's extent: what rounding may move a node between partitions
 
 
@@ -39,9 +40,10 @@ def save(folder: CaseFolder, space: fem.FunctionSpace, memory: Memory, case: dic
     numbers = json.dumps({"run": memory.numbers, "case": case}, allow_nan=False)
     folder.flush(force=True)
     content = io.BytesIO()
-    np.savez(content, key=np.array(folder.key), rows=folder.rows, numbers=np.array(numbers), **arrays)
+    tied = {"key": np.array(folder.key), "rows": np.array(folder.rows), "history_hash": np.array(folder.history_hash())}
+    np.savez(content, numbers=np.array(numbers), **tied, **arrays)
     with folder.replace_with(CHECKPOINT) as path:
-        path.write_bytes(content.getvalue())
+        path.write_bytes(hashlib.sha256(content.getvalue()).digest() + content.getvalue())
 
 
 def load(folder: CaseFolder, space: fem.FunctionSpace) -> tuple[Memory, dict[str, Any]] | None:
@@ -65,18 +67,23 @@ def load(folder: CaseFolder, space: fem.FunctionSpace) -> tuple[Memory, dict[str
 
 def _read(folder: CaseFolder) -> tuple[tuple[dict[str, np.ndarray], dict[str, Any]] | None, str]:
     try:
-        content = (folder.path / CHECKPOINT).read_bytes()
+        whole = (folder.path / CHECKPOINT).read_bytes()
     except FileNotFoundError:
         return None, ""
+    except OSError as error:
+        return None, str(error.strerror)
+    digest, content = whole[:HASH_BYTES], whole[HASH_BYTES:]
+    if hashlib.sha256(content).digest() != digest:
+        return None, "it is damaged"
     try:
         with np.load(io.BytesIO(content), allow_pickle=False) as file:
             arrays = {name: file[name] for name in file.files}
         if str(arrays.pop("key")) != folder.key:
             return None, "it is of other inputs or another version of the program"
         numbers = json.loads(str(arrays.pop("numbers")))
-        folder.resume(int(arrays.pop("rows")))
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
-        return None, " ".join(str(error).split()) or type(error).__name__
+        folder.resume(int(arrays.pop("rows")), str(arrays.pop("history_hash")))
+    except (OSError, ValueError) as error:  # of history.csv
+        return None, " ".join(str(error).split())
     return (arrays, numbers), ""
 
 

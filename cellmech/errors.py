@@ -2,13 +2,27 @@
 
 from __future__ import annotations
 
+MOST_OF_A_PART = 400  # characters of where, rule and hint in a message
+MOST_OF_A_VALUE = 100
+
+
+def cut(text: str, most: int = MOST_OF_A_VALUE) -> str:
+    """The text for a message, cut short when it would fill the screen."""
+    return text if len(text) <= most else f"{text[: most - 1]}…"
+
+
+def _shown(text: str) -> str:
+    """The text as part of one line: a name may hold line ends, and what moves a terminal's cursor."""
+    printable = (sign if sign.isprintable() else sign.encode("unicode_escape").decode() for sign in text)
+    return cut("".join(printable), MOST_OF_A_PART)
+
 
 class CellmechError(Exception):
     """Base of every error this package raises on purpose."""
 
 
 class InputError(CellmechError):
-    """A scene, study or command line that breaks a rule (exit status 2).
+    """A scene, study or command line that breaks a rule (exit status 2); the message is one line.
 
     Args:
         where: the file or command-line option at fault.
@@ -20,11 +34,10 @@ class InputError(CellmechError):
 
     def __init__(self, where: str, key: str, rule: str, got: object = None, hint: str = "") -> None:
         self.where, self.key, self.rule, self.got, self.hint = where, key, rule, got, hint
-        parts = [where] + ([key] if key else []) + [rule]
-        text = ": ".join(parts)
+        text = ": ".join(_shown(part) for part in (where, key, rule) if part)
         if got is not None:
-            text += f"; got {got!r}"
-        super().__init__(f"{text}. {hint}".rstrip() if hint else text)
+            text += f"; got {cut(repr(got))}"
+        super().__init__(f"{text}. {_shown(hint)}".rstrip() if hint else text)
 
     def __reduce__(self) -> tuple[type[InputError], tuple[str, str, str, object, str]]:
         """Pickle by arguments, so that the error can be broadcast to every rank."""

@@ -14,7 +14,7 @@ import os
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
 
@@ -22,9 +22,10 @@ import numpy as np
 from mpi4py import MPI
 
 from cellmech import fenicsx
+from cellmech.errors import CellmechError
 
 COMPILER_ARGUMENTS = ["-O2", "-g0"]
-PATIENCE_S = 10.0  # before a wait for another process is told of; a compilation takes a few seconds
+PAUSE_S, TELL_S = 0.02, 15.0  # between two looks at the lock; a compilation takes less
 _looked_at: dict[Path, int] = {}  # when each cache directory last changed before it was looked through [ns]
 
 
@@ -41,9 +42,14 @@ def _compiling(comm: MPI.Comm) -> Iterator[dict[str, Any]]:
     if comm.rank != 0:
         yield options
         return
-    directory.mkdir(parents=True, exist_ok=True)
-    with open(os.open(directory / "lock", os.O_RDWR | os.O_CREAT), "r+") as lock:
-        _wait_for(lock, directory)
+    with ExitStack() as stack:
+        try:
+            directory.mkdir(parents=True, exist_ok=True)
+            lock = stack.enter_context(open(os.open(directory / "lock", os.O_RDWR | os.O_CREAT), "r+"))
+        except OSError as error:
+            rule = f"compiled equations cannot be kept there ({error.strerror})"
+            raise CellmechError(f"{directory}: {rule}. Name another place with XDG_CACHE_HOME.") from None
+        _take(lock, directory / "lock")
         if _looked_at.get(directory) != directory.stat().st_mtime_ns:
             for source in directory.glob("libffcx_*.c"):
                 if not source.with_suffix(".c.cached").exists():
@@ -53,20 +59,21 @@ def _compiling(comm: MPI.Comm) -> Iterator[dict[str, Any]]:
             yield options
 
 
-def _wait_for(lock: IO[str], directory: Path) -> None:
-    """Take the lock; if that takes long, say which process has it: one that is stopped (Ctrl-Z) keeps it."""
-    deadline, told = time.monotonic() + PATIENCE_S, False
+def _take(lock: IO[str], place: Path) -> None:
+    """Wait for the lock; who waits for long, maybe for a process that has been suspended, is told for which."""
+    told_at = time.monotonic() + TELL_S
     while True:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             break
         except BlockingIOError:
-            if not told and time.monotonic() > deadline:
+            if time.monotonic() > told_at:
+                told_at = math.inf
                 lock.seek(0)
-                holder = lock.read(20).strip() or "another one"
-                print(f"cellmech: waiting for process {holder}, which compiles into {directory}", file=sys.stderr)
-                told = True
-            time.sleep(0.01)
+                holder = lock.read(20).strip() or "?"
+                text = f"cellmech: waits for process {holder}, which compiles equations and holds {place}"
+                print(text, file=sys.stderr, flush=True)
+            time.sleep(PAUSE_S)
     with suppress(OSError):  # a full disk: the number is for a message only
         os.pwrite(lock.fileno(), f"{os.getpid():<10}".encode(), 0)
 
@@ -120,7 +127,7 @@ class PointValues:
     def __init__(self, expression: Any, points: np.ndarray, comm: MPI.Comm) -> None:
         with _compiling(comm) as options:
             self._expression = fenicsx.compiled_expression(expression, np.asarray(points, dtype=float), options)
-        self.n_points, self._mesh = len(points), expression.ufl_domain().ufl_cargo()
+        self.n_points, self._mesh = len(points), fenicsx.mesh_of(expression)
         self.value_size = math.prod(expression.ufl_shape)
 
     def __call__(self, cells: np.ndarray) -> np.ndarray:

@@ -7,19 +7,21 @@ import shutil
 import tempfile
 import weakref
 from collections.abc import Callable
+from contextlib import nullcontext
 from pathlib import Path
 
 from mpi4py import MPI
 
 from cellmech.additions import Additions
-from cellmech.archive import finished, forget, input_key, signed, source_hash
+from cellmech.archive import alone_in, finished, forget, input_key, signed, source_hash
 from cellmech.case import Progress, mesh_plan, solve_case
 from cellmech.errors import InputError, SolveError
 from cellmech.records import CaseFolder
 from cellmech.result import Result, load
 from cellmech.scene import Scene
 from cellmech.scene_file import read_scene
-from cellmech.study_file import Case, read_toml
+from cellmech.study_file import Case
+from cellmech.toml_file import read_toml
 
 
 def solve(
@@ -88,13 +90,14 @@ def _solve(
     case = Case(path.name, scene, {})
     plan = mesh_plan([case])
     key = "" if additions else input_key(case, plan)
-    if comm.rank == 0 and (fresh or additions):
-        forget(path)
-    if comm.bcast(comm.rank == 0 and bool(key) and finished(path, key) is not None):
-        return
-    folder = CaseFolder(path, comm.rank == 0, key)
-    try:
-        record = solve_case(case, folder, comm, plan, progress, additions)
-        folder.finish(signed(record, case.name, source_hash(), key))
-    finally:
-        folder.close()
+    with alone_in(path) if comm.rank == 0 else nullcontext():  # the others wait for what comes next
+        if comm.rank == 0 and (fresh or additions):
+            forget(path)
+        if comm.bcast(comm.rank == 0 and bool(key) and finished(path, key) is not None):
+            return
+        folder = CaseFolder(path, comm.rank == 0, key)
+        try:
+            record = solve_case(case, folder, comm, plan, progress, additions)
+            folder.finish(signed(record, case.name, source_hash(), key))
+        finally:
+            folder.close()

@@ -19,7 +19,8 @@ from cellmech.figures.results import StudyResult, read_planned
 from cellmech.figures.style import save, style
 from cellmech.figures.table import Document
 from cellmech.result import load
-from cellmech.study_file import load_study, read_toml
+from cellmech.study_file import load_study
+from cellmech.toml_file import read_toml
 
 STUDIES = Path(__file__).resolve().parents[1] / "studies"
 PAPER_NUMBERS = STUDIES / "paper_numbers.toml"

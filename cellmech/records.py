@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import hashlib
 import io
 import json
 import math
@@ -14,12 +15,15 @@ from numbers import Integral, Real
 from pathlib import Path
 from typing import Any
 
+from cellmech.sealed import file_hashes, json_text, plain, sealed
+
 Scalar = float | int | None
 
 FLUSH_EVERY_S = 3.0
 PARTIAL = ".partial-"  # begins the name of a file that is being written
-CHECKPOINT = "checkpoint.npz"
-FROM_AN_EARLIER_RUN = ("result.json", CHECKPOINT, "history.csv", "fields.*", "fields_*", f"{PARTIAL}*")
+RESULT, HISTORY, LOG, CHECKPOINT = "result.json", "history.csv", "run.log", "checkpoint.npz"
+DATA = (HISTORY, "fields.*", "fields_*")  # files that result.json vouches for
+FROM_AN_EARLIER_RUN = (RESULT, CHECKPOINT, *DATA, f"{PARTIAL}*")
 NO_SCALARS = ("schema", "scene", "versions", "model", "accuracy")  # of result.json: where a result comes from
 
 
@@ -47,31 +51,6 @@ def _move(partial: Path, path: Path, durable: bool) -> None:
         with open(partial, "rb+") as stream:
             os.fsync(stream.fileno())
     os.replace(partial, path)
-
-
-def plain(data: Any, key: str = "") -> Any:
-    """The data as Python's own types, tuples and arrays as lists.
-
-    Raises:
-        ValueError: for NaN or infinity, naming its dotted key.
-        TypeError: for what JSON cannot hold, likewise.
-    """
-    if hasattr(data, "tolist"):  # of NumPy
-        data = data.tolist()
-    if isinstance(data, Mapping):
-        return {str(name): plain(value, f"{key}.{name}" if key else str(name)) for name, value in data.items()}
-    if isinstance(data, list | tuple):
-        return [plain(value, f"{key}.{i}") for i, value in enumerate(data)]
-    if isinstance(data, float) and not math.isfinite(data):
-        raise ValueError(f"{key} must be finite, got {data!r}")
-    if not isinstance(data, str | bool | int | float | None):
-        raise TypeError(f"{key}: a {type(data).__name__} does not fit into JSON")
-    return data
-
-
-def json_text(data: Mapping[str, Any]) -> str:
-    """The data as JSON; raises as `plain`."""
-    return json.dumps(plain(data), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def flatten(result: Mapping[str, Any]) -> dict[str, Scalar]:
@@ -141,7 +120,7 @@ class CaseFolder:
         if lead:
             path.mkdir(parents=True, exist_ok=True)
             goes_on = (path / CHECKPOINT).exists()
-            self._log = open(path / "run.log", "a" if goes_on else "w", buffering=1, encoding="utf-8")
+            self._log = open(path / LOG, "a" if goes_on else "w", buffering=1, encoding="utf-8")
             if not goes_on:
                 self.begin_afresh()
 
@@ -160,23 +139,31 @@ class CaseFolder:
                 for old in self.path.glob(pattern):
                     old.unlink()
 
-    def resume(self, rows: int) -> None:
+    def history_hash(self) -> str:
+        """SHA-256 of the rows of history.csv; empty cells do not count, as a later row may bring a new column."""
+        filled = [sorted((name, cell) for name, cell in row.items() if cell) for row in self._rows]
+        return hashlib.sha256(json.dumps(filled).encode()).hexdigest()
+
+    def resume(self, rows: int, history_hash: str) -> None:
         """Go on after the first so many rows of the history.csv that an earlier run left; for the lead.
 
         Raises:
-            ValueError: there are not so many.
+            ValueError: there are not so many, or they are others.
         """
-        with open(self.path / "history.csv", encoding="utf-8", newline="") as stream:
+        with open(self.path / HISTORY, encoding="utf-8", newline="") as stream:
             found = list(csv.DictReader(stream))[:rows]
         if len(found) < rows or any(None in row or None in row.values() for row in found):
-            raise ValueError(f"history.csv has not the {rows} whole rows that the checkpoint counts on")
+            raise ValueError(f"{HISTORY} has not the {rows} whole rows that the checkpoint counts on")
         self._rows = found
+        if self.history_hash() != history_hash:
+            raise ValueError(f"{HISTORY} is damaged: its rows are not those that the checkpoint counts on")
 
     def finish(self, result: Mapping[str, Any]) -> None:
         """Write result.json, after which no checkpoint is needed."""
         self.flush(force=True)
-        self.write_json("result.json", result)
         if self.lead:
+            found = sorted(path for pattern in DATA for path in self.path.glob(pattern))
+            self.write_text(RESULT, sealed({**result, "files": file_hashes(found)}))
             (self.path / CHECKPOINT).unlink(missing_ok=True)
 
     def log(self, line: str) -> None:
@@ -202,7 +189,7 @@ class CaseFolder:
             self._write_history(durable=force)
 
     def _write_history(self, durable: bool) -> None:
-        write_whole(self.path / "history.csv", to_csv(self._rows), durable)
+        write_whole(self.path / HISTORY, to_csv(self._rows), durable)
         self._unsaved, self._next_flush = False, time.monotonic() + FLUSH_EVERY_S
 
     def write_text(self, name: str, text: str) -> None:

@@ -21,7 +21,8 @@ import numpy as np
 from cellmech.errors import InputError
 from cellmech.scene import Scene
 from cellmech.scene_file import read_scene
-from cellmech.study_file import read_toml
+from cellmech.sealed import SEAL, damage, is_whole
+from cellmech.toml_file import read_toml
 
 AGAIN = "Solve the case again (python -m cellmech.study … --fresh)."
 
@@ -168,6 +169,11 @@ def load(folder: str | os.PathLike[str]) -> Result:
         raise InputError(str(path), "", f"is no valid JSON: {error}", None, AGAIN) from None
     if not isinstance(result, dict):
         raise InputError(str(path), "", "must be a JSON object", None, AGAIN)
+    if SEAL in result and not is_whole(result):
+        raise InputError(str(path), "", "is damaged: its content is not what was written", None, AGAIN)
+    there = {name: known for name, known in result.get("files", {}).items() if (folder / name).exists()}
+    if fault := damage(folder, there):
+        raise InputError(str(folder), "", fault, None, AGAIN)
     scene = str(folder / "scene.toml")
     return Result(folder.name, folder, read_scene(read_toml(scene), scene), result)
 

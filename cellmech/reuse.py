@@ -9,13 +9,13 @@ from contextlib import suppress
 from glob import escape, glob
 from pathlib import Path
 
-from cellmech.archive import RESULT, Record, finished, forget, is_final
-from cellmech.records import CHECKPOINT, CaseFolder
+from cellmech.archive import Record, alone_in, finished, forget, is_final
+from cellmech.records import CHECKPOINT, LOG, RESULT, CaseFolder
 from cellmech.scene_file import scene_to_toml
 from cellmech.study_file import Case
 
 FOREIGN = (OSError, ValueError, RecursionError, TypeError, KeyError, AttributeError)  # from any program's result.json
-OWN = (RESULT, CHECKPOINT, "run.log", "scene.toml")  # files that are not copied as they are
+OWN = (RESULT, CHECKPOINT, LOG, "scene.toml")  # files that are not copied as they are
 
 
 def solved_beside(out: Path) -> dict[str, Path]:
@@ -43,16 +43,21 @@ def take_over(source: Path, case: Case, folder: Path, key: str) -> Record | None
         The content of result.json; None if the other case is not finished.
 
     Raises:
-        OSError: a file cannot be read or written; there is no result.json then.
+        OSError: a file cannot be read or written, or another process is at work in the folder.
     """
     result = finished(source, key)
     if result is None:
         return None
+    with alone_in(folder):
+        return _copied(result, source, case, folder, key)
+
+
+def _copied(result: Record, source: Path, case: Case, folder: Path, key: str) -> Record | None:
     forget(folder)
     files = CaseFolder(folder, True, key)
     try:
         files.log(f"taken over from {source}, whose log was:")
-        files.log((source / "run.log").read_text(encoding="utf-8", errors="replace").rstrip("\n"))
+        files.log((source / LOG).read_text(encoding="utf-8", errors="replace").rstrip("\n"))
         files.write_text("scene.toml", scene_to_toml(case.scene))
         for path in sorted(source.iterdir()):
             if path.name not in OWN and not path.name.startswith(".") and path.is_file():

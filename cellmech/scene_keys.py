@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from inspect import isclass
 from typing import Any, get_args
 
-from cellmech.errors import InputError
+from cellmech.errors import InputError, cut
 from cellmech.scene import Scene
 from cellmech.scene_parts import Table
 
@@ -142,8 +142,3 @@ def brief(value: object) -> object:
     """The value for a message, cut short when it would fill the screen."""
     text = repr(value)
     return value if text == cut(text) else cut(text)
-
-
-def cut(text: str, most: int = 100) -> str:
-    """The text for a message, cut short when it would fill the screen."""
-    return text if len(text) <= most else f"{text[: most - 1]}…"

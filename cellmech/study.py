@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 
 from mpi4py import MPI
 
+from cellmech import shared_memory
 from cellmech.agenda import Agenda, attach_errors, draw_up, share_with_twin
 from cellmech.archive import SUMMARY, Record, merge_tables
 from cellmech.command import Command, parser, understand
@@ -19,7 +20,7 @@ from cellmech.errors import CellmechError, InputError
 from cellmech.interrupts import Interrupted, Interrupts
 from cellmech.post import meet
 from cellmech.progress import Plain, Quiet, on_terminal, results_table, say
-from cellmech.records import json_text
+from cellmech.sealed import SEAL, json_text
 from cellmech.sweep import solve_jobs
 
 T = TypeVar("T")
@@ -166,7 +167,10 @@ def close(command: Command, agenda: Agenda, solved: Mapping[str, Record]) -> int
             say(f"\n{order.study.title}: largest values in the nucleus at the end\n{table}\n")
             for name, lines in errors.items():
                 say("\n".join([f"{name}: {lines[0]}", *lines[1:]]))
-        studies.append({"study": order.study.stem, "title": order.study.title, "out": str(order.out), "cases": here})
+        bare = {
+            name: {key: record[key] for key in record if key not in ("files", SEAL)} for name, record in here.items()
+        }
+        studies.append({"study": order.study.stem, "title": order.study.title, "out": str(order.out), "cases": bare})
         if command.options.json:
             continue
         good = sum(result["status"] == "solved" for result in here.values())
@@ -184,6 +188,7 @@ def main(arguments: Sequence[str] | None = None, load: Callable[[], Any] = load_
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # a name this terminal cannot show must not stop a study
     world, status = MPI.COMM_WORLD, 1
+    shared_memory.release()
     try:
         with Interrupts() as interrupts:
             status = run(arguments, world, interrupts, load)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import unicodedata
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -135,7 +136,7 @@ def name_fault(name: str) -> str:
 
 
 def check_names(names: Iterable[str], where: str) -> None:
-    """Refuse names that cannot be folders side by side, also where upper and lower case are the same.
+    """Refuse names that cannot be folders side by side, also where case or the coding of accents counts for nothing.
 
     Raises:
         InputError: naming the first that cannot.
@@ -145,7 +146,10 @@ def check_names(names: Iterable[str], where: str) -> None:
     for name in names:
         if fault := name_fault(name):
             raise InputError(where, "case", f"a case's name {fault}", brief(name), hint)
-        if name.casefold() in seen:
-            rule = f"names of cases must differ by more than upper and lower case from {seen[name.casefold()]!r}"
+        folder = unicodedata.normalize("NFC", name).casefold()
+        if folder in seen:
+            rule = f"names of cases must differ by more than upper and lower case from {seen[folder]!r}"
+            if name.casefold() != seen[folder].casefold():
+                rule = f"names of cases must differ by more than how accents are coded from {seen[folder]!r}"
             raise InputError(where, "case", rule, name, hint)
-        seen[name.casefold()] = name
+        seen[folder] = name

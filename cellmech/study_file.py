@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import copy
 import os
-import stat
-import tomllib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,9 +15,8 @@ from cellmech.scene import Scene
 from cellmech.scene_file import read_scene
 from cellmech.scene_keys import brief, check_tables, put
 from cellmech.study_cases import Variant, check_names, name_fault, named_variants, swept_variants
+from cellmech.toml_file import check_size, parse, read_toml
 
-MOST_BYTES = 1_000_000
-DEEPEST = 20  # levels of tables and lists; a scene has four
 OVERRIDE = "--set"
 
 
@@ -108,57 +105,6 @@ def _accuracy_parts(table: object, where: str) -> tuple[str, ...]:
     return tuple(part for part in ALL_PARTS if part in parts)
 
 
-def read_toml(where: str) -> dict[str, Any]:
-    """The content of a TOML file.
-
-    Raises:
-        InputError: for a file that is missing, unreadable, too large, no UTF-8 or no TOML.
-    """
-    try:
-        if not stat.S_ISREG(os.stat(where).st_mode):
-            kind = "folder" if os.path.isdir(where) else "device or pipe"
-            raise InputError(where, "", f"must be a TOML file, and is a {kind}")
-        with open(where, "rb") as stream:
-            raw = stream.read(MOST_BYTES + 1)
-    except FileNotFoundError:
-        hint = "The study files that come with the program are in studies/."
-        raise InputError(where, "", "there is no such file", None, hint) from None
-    except (OSError, ValueError) as error:  # ValueError: a name with a null byte
-        reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise InputError(where, "", f"cannot be read ({reason})") from None
-    if len(raw) > MOST_BYTES:
-        raise InputError(where, "", f"must be at most {MOST_BYTES:,} bytes long")
-    try:
-        data = tomllib.loads(raw.decode("utf-8-sig"))
-    except UnicodeDecodeError as error:
-        line = raw.count(b"\n", 0, error.start) + 1
-        raise InputError(where, "", f"must be UTF-8 text, and is not (at line {line})") from None
-    except ValueError as error:  # of tomllib, and of int() for thousands of digits
-        raise InputError(where, "", f"is no valid TOML: {error}") from None
-    except RecursionError:
-        raise _too_deep(where) from None
-    if _is_deep(data):
-        raise _too_deep(where)
-    return data
-
-
-def _too_deep(where: str) -> InputError:
-    return InputError(where, "", f"must not nest lists and tables more than {DEEPEST} deep")
-
-
-def _is_deep(data: object) -> bool:
-    """Whether the nesting could overflow the stack of what walks the data."""
-    level = [data]
-    for _ in range(DEEPEST + 1):
-        level = [
-            inner
-            for item in level
-            if isinstance(item, dict | list)
-            for inner in (item.values() if isinstance(item, dict) else item)
-        ]
-    return bool(level)
-
-
 def parse_overrides(texts: Iterable[str]) -> dict[str, Any]:
     """Dotted key -> value of the KEY=VALUE texts of `--set`; of a key set twice the last counts.
 
@@ -174,15 +120,14 @@ def parse_overrides(texts: Iterable[str]) -> dict[str, Any]:
         key = key.replace('"', "").replace("'", "")
         sets.pop(key, None)
         sets[key] = _toml_value(value)
-        if _is_deep(sets[key]):
-            raise _too_deep(OVERRIDE)
+        check_size({key: sets[key]}, OVERRIDE)
     return sets
 
 
 def _toml_value(text: str) -> Any:
     try:
-        data = tomllib.loads(f"value = {text}")
-    except (ValueError, RecursionError):
+        data = parse(f"value = {text}", OVERRIDE)
+    except InputError:
         return text
     return data["value"] if len(data) == 1 else text
 

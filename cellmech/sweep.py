@@ -9,18 +9,20 @@ import sys
 import time
 import traceback
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 from mpi4py import MPI
 
-from cellmech.archive import INTERNAL, RESULT, signed
+from cellmech.archive import DISK, INTERNAL, alone_in, finished, signed
 from cellmech.errors import CellmechError
 from cellmech.handout import Counter
 from cellmech.interrupts import Interrupts
-from cellmech.post import PAUSE_S, Post, Record, Watcher
-from cellmech.records import CaseFolder, json_text, write_whole
+from cellmech.post import PAUSE_S, Post, Record, Watcher, meet
+from cellmech.records import LOG, RESULT, CaseFolder, write_whole
+from cellmech.sealed import sealed
 from cellmech.study_file import Case
 
 if TYPE_CHECKING:  # they bring DOLFINx along, which --list and bad input need not wait for
@@ -97,7 +99,7 @@ class _Attempt:
         self, index: int, job: Job, comm: MPI.Comm, together: MPI.Comm, post: Post, interrupts: Interrupts
     ) -> None:
         self.index, self.job, self.comm, self.together, self.post = index, job, comm, together, post
-        self.interrupts, self.lead = interrupts, comm.rank == 0
+        self.interrupts, self.lead, self.waits = interrupts, comm.rank == 0, False
 
     def run(self, solve: Solve) -> None:
         """Solve; whatever goes wrong, the group ends with the same result on every rank, or the whole job ends."""
@@ -108,6 +110,9 @@ class _Attempt:
             result = self._solve(solve)
         except CellmechError as error:
             reason = str(error)
+        except OSError as error:
+            place = f" ({error.filename})" if error.filename else ""
+            reason, trace = f"{DISK}: {error.strerror or error}{place}", traceback.format_exc()
         except Exception as error:
             text = " ".join(str(error).split())  # one line; PETSc's have many
             reason, trace = f"{INTERNAL}: {type(error).__name__}: {text}", traceback.format_exc()
@@ -122,6 +127,35 @@ class _Attempt:
             self.post.finished(self.index, result)
 
     def _solve(self, solve: Solve) -> Record:
+        with self._alone() as brought:
+            return brought or self._solve_alone(solve)
+
+    @contextmanager
+    def _alone(self) -> Iterator[Record | None]:
+        """Keep other processes from the folder; what one of them has brought since the start. Collective."""
+        with ExitStack() as stack:
+            found: tuple[Record | None, OSError | None] = None, None
+            if self.lead:
+                try:
+                    stack.enter_context(alone_in(self.job.folder, self._wait))
+                    found = finished(self.job.folder, self.job.key), None
+                except OSError as error:
+                    found = None, error
+            meet(self.comm)
+            brought, fault = self.comm.bcast(found)
+            if fault is not None:
+                raise fault
+            yield brought
+
+    def _wait(self) -> None:
+        if not self.waits:
+            text = f"cellmech: {self.job.label}: waits for another process that is at work in {self.job.folder}"
+            print(text, file=sys.stderr, flush=True)
+        self.waits = True
+        self.interrupts.check()
+        time.sleep(PAUSE_S)
+
+    def _solve_alone(self, solve: Solve) -> Record:
         folder = CaseFolder(self.job.folder, self.lead, self.job.key)
         try:
             for note in self.job.notes:
@@ -152,16 +186,16 @@ class _Attempt:
 
     def _abort(self, reason: str, trace: str) -> None:
         place = f"rank {self.comm.rank} of {self.comm.size}"
-        _append(self.job.folder / "run.log", f"failed on {place} alone: {reason}\n{trace}")
+        _append(self.job.folder / LOG, f"failed on {place} alone: {reason}\n{trace}")
         text = f"cellmech: {self.job.label}: {reason} (on {place} alone; all ranks are stopped)"
         print(text, file=sys.stderr, flush=True)
         MPI.COMM_WORLD.Abort(1)
 
     def _record(self, result: Record, trace: str) -> None:
         """Leave on disk what is known of a case that fell over; if the disk is what failed, in the result only."""
-        _append(self.job.folder / "run.log", f"failed: {result['reason']}\n{trace}")
+        _append(self.job.folder / LOG, f"failed: {result['reason']}\n{trace}")
         try:
-            write_whole(self.job.folder / RESULT, json_text(result))
+            write_whole(self.job.folder / RESULT, sealed(result))
         except OSError as error:
             result["reason"] += f" (and result.json cannot be written: {error})"
 

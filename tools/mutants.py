@@ -178,10 +178,16 @@ def try_out(mutant: Mutant, copy: Copy, sound_s: float) -> Verdict:
             done = copy.pytest(mutant.test, PATIENCE[0] * sound_s + PATIENCE[1])
         except subprocess.TimeoutExpired:
             return Verdict(mutant, "NO END", time.perf_counter() - started)
-    words = {0: "SURVIVES", TESTS_FAILED: "killed"}
-    word = words.get(done.returncode, f"NO TEST RUN (pytest status {done.returncode})")
+    word = word_of(done.returncode, done.stdout)
     said = next((line[1:].strip() for line in done.stdout.splitlines() if line.startswith("E ")), "")
     return Verdict(mutant, word, time.perf_counter() - started, said)
+
+
+def word_of(status: int, out: str) -> str:
+    """What pytest's status and output say of a mutant. Without pytest, Python's status is 1, too."""
+    if status == TESTS_FAILED and " failed" in out:
+        return "killed"
+    return "SURVIVES" if status == 0 else f"NO TEST RUN (status {status})"
 
 
 def own_cache(path: Path) -> Path:

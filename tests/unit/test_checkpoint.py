@@ -1,6 +1,8 @@
 """A case that is stopped goes on from its checkpoint as if it had never been stopped."""
 
 import json
+import os
+import re
 import shutil
 
 import pytest
@@ -75,7 +77,20 @@ def test_resumed_run_is_the_uninterrupted_one_to_the_last_digit(name, tmp_path):
     assert all((parts / file).read_bytes() == (whole / file).read_bytes() for file in files if file[:6] == "fields")
 
 
-@pytest.mark.parametrize("damage", ["other key", "cut short", "garbage", "empty", "history gone", "other mesh"])
+UNUSABLE = {
+    "other key": "other inputs",
+    "cut short": "it is damaged",
+    "one bit": "it is damaged",
+    "garbage": "it is damaged",
+    "empty": "it is damaged",
+    "history gone": "No such file",
+    "history cut short": "has not the 10 whole rows",
+    "history digit": "history.csv is damaged",
+    "other mesh": "it is of another mesh",
+}
+
+
+@pytest.mark.parametrize("damage", UNUSABLE)
 def test_unusable_checkpoint_is_told_of_and_the_case_solved_from_the_start(damage, tmp_path):
     case, path, key = case_of("fluid"), tmp_path / "case", "k"
     assert solve(case, path, stop_after=13) is None
@@ -84,17 +99,26 @@ def test_unusable_checkpoint_is_told_of_and_the_case_solved_from_the_start(damag
         key = "other"
     elif damage == "history gone":
         (path / "history.csv").unlink()
+    elif damage == "history cut short":
+        os.truncate(path / "history.csv", 6000)
+    elif damage == "history digit":
+        content = (path / "history.csv").read_bytes()
+        end = content.index(b"\n", content.index(b"\n") + 1)  # of the first row
+        (path / "history.csv").write_bytes(content[: end - 1] + bytes([content[end - 1] ^ 1]) + content[end:])
     elif damage == "other mesh":
         mesh = case.scene.mesh.model_copy(update={"size_um": 3.4})
         finer = Case("finer", case.scene.model_copy(update={"mesh": mesh}))
         assert solve(finer, tmp_path / "finer", stop_after=13) is None
-        shutil.copy(tmp_path / "finer" / CHECKPOINT, checkpoint)
+        for name in (CHECKPOINT, "history.csv"):
+            shutil.copy(tmp_path / "finer" / name, path / name)
     else:
         content = checkpoint.read_bytes()
-        new = {"cut short": content[: len(content) // 2], "garbage": b"PK" * 500, "empty": b""}
+        middle = len(content) // 2
+        flipped = content[:middle] + bytes([content[middle] ^ 16]) + content[middle + 1 :]
+        new = {"cut short": content[:middle], "one bit": flipped, "garbage": b"PK" * 500, "empty": b""}
         checkpoint.write_bytes(new[damage])
     assert solve(case, path, stop_after=2, key=key) is None  # in time to see where it began
     log = (path / "run.log").read_text()
-    assert "the checkpoint cannot be used (" in log
+    assert re.search(rf"the checkpoint cannot be used \([^)]*{UNUSABLE[damage]}", log)
     assert "goes on" not in log
     assert len((path / "history.csv").read_text().splitlines()) == 3

@@ -1,10 +1,15 @@
-"""The compiler's cache survives a kill."""
+"""The compiler's cache survives a kill, and a process that keeps it locked is named."""
 
+import fcntl
 import os
 import signal
 import subprocess
 import sys
 import time
+
+from mpi4py import MPI
+
+from cellmech import forms
 
 COMPILE = """
 import ufl
@@ -43,10 +48,10 @@ def test_who_waits_for_a_stopped_compilation_says_for_which_process(tmp_path):
     stopped = start(tmp_path)
     begun(stopped, tmp_path)
     os.killpg(stopped.pid, signal.SIGSTOP)
-    waiting = start(tmp_path, "import cellmech.forms as f; f.PATIENCE_S = 0.1\n")
+    waiting = start(tmp_path, "import cellmech.forms as f; f.TELL_S = 0.1\n")
     said = waiting.stderr.readline()
     os.killpg(stopped.pid, signal.SIGCONT)
-    assert f"waiting for process {stopped.pid}," in said
+    assert f"waits for process {stopped.pid}, which compiles" in said
     assert waiting.communicate(timeout=60)[0] == stopped.communicate(timeout=60)[0] == "compiled\n"
 
 
@@ -62,3 +67,25 @@ def test_killed_compilation_does_not_stop_the_next_run(tmp_path):
     out, err = after.communicate(timeout=60)
     assert out == "compiled\n", err
     assert marks[0].with_suffix(".c.cached").exists()
+
+
+def test_who_waits_long_for_the_compiler_is_told_for_what(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setattr(forms, "TELL_S", 0.0)
+    (tmp_path / "cellmech").mkdir()
+    other = open(tmp_path / "cellmech" / "lock", "w")
+    print(4711, file=other, flush=True)
+    fcntl.flock(other, fcntl.LOCK_EX)
+    looks = []
+
+    def sleep(seconds):
+        looks.append(seconds)
+        if len(looks) == 3:
+            other.close()
+
+    monkeypatch.setattr(forms.time, "sleep", sleep)
+    with forms._compiling(MPI.COMM_SELF):
+        pass
+    where = tmp_path / "cellmech" / "lock"
+    assert capsys.readouterr().err == f"cellmech: waits for process 4711, which compiles equations and holds {where}\n"
+    assert len(looks) == 3

@@ -8,7 +8,7 @@ import pytest
 from cli.programs import ROOT
 
 sys.path.append(str(ROOT / "tools"))
-from mutants import Mutant, faults, read
+from mutants import Mutant, faults, read, word_of
 
 GOOD = Mutant(
     "bdf1", "wrong", "cellmech/bdf.py", "omega = h / steps[1]", "omega = 0.0", f"tests/unit/{Path(__file__).name}"
@@ -58,3 +58,16 @@ def test_mutant_changes_one_place_for_a_while(tmp_path):
         changed = (tmp_path / GOOD.file).read_text()
         assert changed.count(GOOD.new) == 1 and changed.replace(GOOD.new, GOOD.old) == text
     assert (tmp_path / GOOD.file).read_text() == text
+
+
+@pytest.mark.parametrize(
+    ("status", "out", "word"),
+    [
+        (1, "E   assert 1 == 2\n1 failed in 0.1s\n", "killed"),
+        (0, "1 passed in 0.1s\n", "SURVIVES"),
+        (1, "", "NO TEST RUN (status 1)"),  # No module named pytest
+        (2, "1 error in 0.1s\n", "NO TEST RUN (status 2)"),
+    ],
+)
+def test_mutant_is_killed_by_a_failed_test_only(status, out, word):
+    assert word_of(status, out) == word

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -27,6 +28,7 @@ from cellmech.figures.substrate import band, outline_of, polygons, surface_at
 from cellmech.plots import PAPER_NUMBERS
 from cellmech.result import load
 from cellmech.scene import Scene
+from cellmech.sealed import file_hashes, sealed
 
 PAPER = tomllib.loads(PAPER_NUMBERS.read_text(encoding="utf-8"))["fig2"]
 BARE = {"pillar": [], "flat": False, "load": {"factor": 0.0}}
@@ -152,6 +154,19 @@ class TestResults:
         (tmp_path / LAWS[0] / "result.json").write_text(content)
         with pytest.raises(InputError, match=r"saint-venant/result\.json"):
             read_study(tmp_path, LAWS)
+
+    def test_a_damaged_result_is_refused(self, tmp_path: Path) -> None:
+        folder = write_study(tmp_path, LAWS[:1]) / LAWS[0]
+        result = json.loads((folder / "result.json").read_text())
+        text = sealed({**result, "files": file_hashes([folder / "history.csv"])})
+        (folder / "result.json").write_text(text.replace('"t_s": 1', '"t_s": 2'))
+        with pytest.raises(InputError, match=r"result\.json: is damaged"):
+            load(folder)
+        (folder / "result.json").write_text(text)
+        assert load(folder).result["files"]
+        (folder / "history.csv").write_text("t_s\n1.0\n")
+        with pytest.raises(InputError, match=r"saint-venant: history\.csv is damaged"):
+            load(folder)
 
     def test_null_and_absent_numbers_are_nan_and_a_text_is_refused(self, tmp_path: Path) -> None:
         case = load(write_study(tmp_path, LAWS[:1]) / LAWS[0])

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from cellmech import study_cases
+from cellmech import study_cases, toml_file
 from cellmech.errors import InputError
 from cellmech.scene import Scene
 from cellmech.scene_file import scene_to_toml
@@ -240,6 +240,8 @@ def test_cases_can_replace_pillars_and_flat(study):
         ('[[case]]\nname = "a"\n"time.end_s" = 0', "my.toml, case 'a'", "time.end_s", "> 0"),
         ('[[case]]\nname = "a"\ncell = 3', "my.toml, case 'a'", "cell", "must be a table"),
         ('[[case]]\nname = "a"\n[[case]]\nname = "A"', "my.toml", "case", "upper and lower case from 'a'"),
+        ('[[case]]\nname = "\u00e4"\n[[case]]\nname = "a\u0308"', "my.toml", "case", "how accents are coded from 'ä'"),
+        ('[[case]]\nname = "\u00c4"\n[[case]]\nname = "a\u0308"', "my.toml", "case", "how accents are coded from 'Ä'"),
         ('[sweep]\n"cell.law" = ["yeoh"]\n[[case]]\nname = "a"', "my.toml", "case", "must not stand beside [sweep]"),
     ],
 )
@@ -384,6 +386,9 @@ def test_override_that_clashes_with_one_case_names_both(refusal):
         (b"a = " + b"[" * 5000, "must not nest lists and tables more than 20 deep"),
         (b"title = " + b"{a=" * 30 + b"1" + b"}" * 30, "must not nest lists and tables more than 20 deep"),
         (b".".join([b"a"] * 500) + b" = 1", "must not nest lists and tables more than 20 deep"),
+        (b"[load]\nfactor = 0x" + b"f" * 5000, "must be a number within the range of a double"),
+        (b'[sweep]\n"load.factor" = [0x' + b"f" * 5000 + b"]", "must be a number within the range of a double"),
+        (b"unknown = [{a = 0x" + b"f" * 5000 + b"}]", "must be a number within the range of a double"),
         (b"#" * 1_000_001, "must be at most 1,000,000 bytes long"),
     ],
 )
@@ -396,6 +401,31 @@ def test_file_that_is_no_toml_is_refused_with_its_line(tmp_path, monkeypatch, co
     assert rule in caught.value.rule
 
 
+@pytest.mark.parametrize("key", ["a.", "a . ", '"a b".', "'a'."])
+@pytest.mark.parametrize("start", ["", "[", "x = {", "[cell]\n"])
+def test_key_of_many_parts_never_reaches_the_parser(study, monkeypatch, start, key):
+    """Whose memory goes with the square of their number: 200 KB would take tens of gigabytes."""
+    monkeypatch.setattr(toml_file.tomllib, "loads", lambda text: pytest.fail("parsed"))
+    with pytest.raises(InputError, match="must not nest"):
+        study(start + key * 60 + "b = 1")
+
+
+def test_many_words_with_dots_are_no_key(study):
+    words = ". ".join(["# one. two"] * 100) + "\n" + "# " + "3.14 " * 200 + "\n"
+    assert study(words + "[output]\ntimes_s = [" + ", ".join(f"{i}.5" for i in range(1, 200)) + "]").cases
+
+
+def test_message_is_one_short_line_whatever_the_names_and_values_hold():
+    error = InputError("a\nb\x1b[31m.toml", "key\u2028", "rule\r", ["\n" * 5000], "hint\x00" * 5000)
+    assert str(error).isprintable()
+    assert len(str(error)) < 1500
+    assert str(error).startswith(r"a\nb\x1b[31m.toml: key\u2028: rule\r; got ['\n\n")
+
+
+def test_value_of_a_case_that_would_fill_the_screen_is_cut(refusal):
+    assert len(str(refusal("[[case]]\nname = [" + "0, " * 20_000 + "]"))) < 300
+
+
 @pytest.mark.parametrize(
     ("path", "rule"),
     [
@@ -404,7 +434,7 @@ def test_file_that_is_no_toml_is_refused_with_its_line(tmp_path, monkeypatch, co
         ("pipe.toml", "must be a TOML file, and is a device or pipe"),
         ("plain.toml/x.toml", "cannot be read (Not a directory)"),
         ("x" * 300 + ".toml", "cannot be read (File name too long)"),
-        ("a\0b.toml", "cannot be read (embedded null byte)"),
+        ("a\0b.toml", "cannot be read (null byte in its name)"),
     ],
 )
 def test_path_that_is_no_file_is_refused_as_typed(tmp_path, monkeypatch, path, rule):

@@ -1,6 +1,5 @@
 """Cases over ranks, here on one; the same under mpirun is in tests/cli."""
 
-import json
 import signal
 
 import pytest
@@ -10,6 +9,7 @@ from cellmech.errors import SolveError
 from cellmech.handout import Counter
 from cellmech.interrupts import Interrupted, Interrupts
 from cellmech.scene import Scene
+from cellmech.sealed import sealed
 from cellmech.study_file import Case
 from cellmech.sweep import Job, hand_out, solve_jobs
 
@@ -72,7 +72,7 @@ def test_cases_are_solved_told_of_and_recorded(sweep, tmp_path):
         "input_hash": "key a",
     }
     assert results[0] == {**expected, "x": 1.5}
-    assert json.loads((tmp_path / "a/result.json").read_text()) == results[0]
+    assert (tmp_path / "a/result.json").read_text() == sealed({**results[0], "files": {}})
     assert (tmp_path / "b/run.log").read_text() == "note b\n"
 
 
@@ -95,7 +95,7 @@ def test_error_of_a_case_is_its_result_and_the_next_goes_on(sweep, tmp_path, err
 
     results, heard = sweep(solve, "a", "b")
     assert [(result["status"], result["reason"]) for result in results] == [("failed", reason), ("solved", "")]
-    assert json.loads((tmp_path / "a/result.json").read_text()) == results[0]
+    assert (tmp_path / "a/result.json").read_text() == sealed(results[0])
     assert results[0]["input_hash"] == "key a"
     assert ("Traceback" in (tmp_path / "a/run.log").read_text()) == traced
     assert (tmp_path / "a/history.csv").read_text() == "t_s\n1.0\n2.0\n"
@@ -106,7 +106,7 @@ def test_disk_that_refuses_is_a_failure_of_the_case(sweep, tmp_path):
     (tmp_path / "a").write_text("a file in the folder's place")
     results, _ = sweep(lambda *arguments: {"status": "solved", "reason": ""}, "a", "b")
     assert [result["status"] for result in results] == ["failed", "solved"]
-    assert "FileExistsError" in results[0]["reason"]
+    assert results[0]["reason"].startswith("the disk refuses: File exists")
     assert "result.json cannot be written" in results[0]["reason"]
 
 

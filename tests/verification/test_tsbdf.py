@@ -172,7 +172,7 @@ def theirs(make, n):
     ts.getSNES().getKSP().getPC().setFactorSolverType("mumps")
     ts.setFromOptions()
     seen = []
-    ts.setMonitor(lambda ts, k, t, u: seen.append((t, u.array.copy())))
+    ts.setMonitor(lambda ts, k, t, u: seen.append((t, u.getArray(readonly=True).copy())))
     x.array[:] = pushed_in(problem, step / 2)  # it begins with half a step
     ts.solve(x)
     assert ts.getConvergedReason() == PETSc.TS.ConvergedReason.CONVERGED_TIME
