@@ -31,7 +31,8 @@ from hypothesis import HealthCheck, Phase, given, seed, settings
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
-from hostile import Attempt, attempts, scenes, wrong, wrong_solve  # noqa: E402
+from hostile import Attempt, attempts, wrong  # noqa: E402
+from odd_scenes import scenes, wrong_solve  # noqa: E402
 
 MEMORY = 6 * 2**30  # bytes of address space of a worker: --check of the largest mesh allowed takes 4
 CHECK_S, SOLVE_S, GRACE_S = 60.0, 60.0, 20.0
