@@ -43,7 +43,7 @@ unexport PYTHONPATH PYTHONHOME PETSC_DIR PETSC_ARCH SLEPC_DIR
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .PHONY: help setup study test paper paper-runs taken-over figures-smoke compare report audit calibrate calibrated
-.PHONY: fig1 fig2 fig3 fig4 fig5 fig6 fig7 table1 table2 table3 table-fig2 lint check speed-error clean
+.PHONY: fig1 fig2 fig3 fig4 fig5 fig6 fig7 table1 table2 table3 table-fig2 lint check movie speed speed-error clean
 .PHONY: verify accuracy defaults second-code mutants fuzz needs locking hard-cases
 MAKEFLAGS += --no-print-directory
 # A case that failed fails its study, and the figures that show the others and say so. So where goals follow each other
@@ -124,6 +124,9 @@ $(CALIBRATED:%=shapes-%): shapes-%: setup
 figures-smoke: ## all of `make paper` on a coarse mesh, in minutes, into results/smoke
 	@$(MAKE) paper RESULTS=results/smoke SETTINGS="mesh.size_um=6 time.rtol=1e-2"
 
+movie: run-movie ## a film of Table 1's cell as the load comes on, displacements magnified
+	$(PLOTS) movie --case $(RESULTS)/movie/movie --magnify 15 --out $(FIGURES)
+
 lint: setup ## ruff and mypy
 	$(PYTHON) -m ruff check .
 	$(PYTHON) -m ruff format --check .
@@ -138,6 +141,9 @@ hard-cases: setup ## what is hard to solve, or must stop: verdicts, with the pla
 
 speed-error: setup ## speed against error, beside a plain FEniCSx script: table and plot
 	$(PYTHON) benchmarks/speed_error.py --out $(RESULTS)/speed-error $(ARGS)
+
+speed: setup ## whether the package has become slower: its cost over the plain script's, beside the stored ratios
+	$(PYTHON) benchmarks/ratios.py $(ARGS)
 
 accuracy: setup ## the error of every number of the four laws and of S1-S3, from refined runs
 	$(STUDY) studies/fig2.toml studies/fig7.toml --out $(RESULTS) --accuracy $(WITH)
@@ -161,6 +167,13 @@ needs: setup ## what each optional part costs and changes where it does nothing
 
 locking: setup ## P2 alone beside the mixed form as nu -> 0.5, into results/locking
 	$(PYTHON) benchmarks/locking.py --out $(RESULTS)/locking $(ARGS)
+
+.PHONY: docs
+docs: setup ## the documentation as web pages into build/docs (installs Sphinx into .venv)
+	@$(PYTHON) -c 'import furo, myst_parser, sphinx' 2>/dev/null || $(PYTHON) -m pip install --quiet --no-input \
+		--disable-pip-version-check --constraint .venv/debian-versions.txt --editable '.[docs]'
+	$(PYTHON) tools/scene_reference.py
+	$(PYTHON) -m sphinx -W --keep-going -b html -d build/doctrees docs build/docs $(ARGS)
 
 clean: ## remove caches; results and .venv stay
 	rm -rf build dist .pytest_cache .ruff_cache .mypy_cache .hypothesis

@@ -26,9 +26,9 @@ from cellmech import accuracy
 from cellmech.archive import input_key
 from cellmech.case import solve_case
 from cellmech.disc import Grading
+from cellmech.layering import MeshPlan
 from cellmech.records import CaseFolder, to_csv, write_whole
 from cellmech.scene_file import read_scene
-from cellmech.setup import MeshPlan
 from cellmech.study_file import Case
 
 WET = {"nucleoplasm": {"fluid_fraction": 0.9}, "lamina": {"fluid_fraction": 0.7}}

@@ -116,9 +116,10 @@ def solve(scene: Scene, forced: str) -> dict[str, Any]:
     from mpi4py import MPI
 
     from cellmech import case as case_module
+    from cellmech.layering import INSIDE_OUT, MeshPlan
     from cellmech.materials import Material
     from cellmech.records import CaseFolder
-    from cellmech.setup import INSIDE_OUT, MeshPlan, Setup
+    from cellmech.setup import Setup
 
     class Everything(Setup):
         """A setup whose obstacles are all modelled from the start."""

@@ -28,6 +28,7 @@ from ngsolve import (
     IntegrationRule,
     Inv,
     Mesh,
+    Parameter,
     Trace,
     VectorH1,
     ds,
@@ -121,6 +122,7 @@ class Elastic:
         self.solid = self.mesh.MaterialCF({name: 1 - layers[name]["fluid_fraction"] for name in INSIDE_OUT})
         self.weight_density = scene["load"]["factor"] * scene["cell"]["density_kg_m3"] * scene["load"]["gravity_m_s2"]
         self.weight_density *= 1e-6  # N/m³ = Pa/m to Pa/µm
+        self.load = Parameter(1.0)
 
     def stress(self, grad: Any) -> tuple[Any, Any, Any]:
         """F, the in-plane S and S_zz of c_s times the solid [Pa] at a displacement gradient."""
@@ -145,7 +147,7 @@ class Elastic:
         u, v = self.space.TnT()
         F, S, _ = self.stress(Grad(u))
         form = BilinearForm(self.space)
-        form += (InnerProduct(F * S, Grad(v)) + self.weight_density * v[1]) * dx(bonus_intorder=2)
+        form += (InnerProduct(F * S, Grad(v)) + self.load * self.weight_density * v[1]) * dx(bonus_intorder=2)
         kappa, s = self.scene["contact"]["penalty_Pa_per_um"], self.scene["contact"]["smoothing_um"]
         ut = u.Trace()
         d, n = self.depth_and_normal(x + ut[0], y + ut[1])
@@ -156,13 +158,17 @@ class Elastic:
         return form
 
     def solve(self, start_depth: float = 0.1, tolerance: float = 1e-11) -> list[float]:
-        """Damped Newton from a rigid translation [µm] into the pillar; returns the residual norms.
+        """Newton from a rigid translation [µm] into the pillar; returns the residual norms.
 
         From deep inside the contact opens by itself in a few steps; from first touch, where it has no stiffness, it
         takes several times as many.
         """
-        form, free = self.residual(), self.space.FreeDofs()
         self.u.Set(CoefficientFunction((0.0, -start_depth)))
+        return self.newton(self.residual(), tolerance)
+
+    def newton(self, form: BilinearForm, tolerance: float) -> list[float]:
+        """Damped Newton from where u is until the residual is this share of the weight; the norms on the way."""
+        free = self.space.FreeDofs()
         r, trial, du = (self.u.vec.CreateVector() for _ in range(3))
 
         def norm(vector: Any) -> float:

@@ -1,10 +1,11 @@
 """Speed against error: what each choice costs and how far its numbers are off, beside the plain script.
 
 Table 1, neo-Hookean, with its whole history unless said otherwise. Every run is a fresh process with warm forms; runs
-are interleaved and repeated, medians of the wall times count that each reports for itself (mesh, forms and solve, not
-the start of Python). Errors are of end values, of J1, J2, J3 on q - q0, against a reference on a mesh of a quarter of
-the size whose own error is estimated from a coarser one: of the nucleus's eight largest and mean values, which the
-plain script reports too, and of all scalars of the package.
+are interleaved and repeated, medians count: of the wall time that each reports for itself (mesh, forms and solve, not
+the start of Python) and of the processor time of all of it, which other programs disturb less. NGSolve takes part where
+it is installed (`make second-code` installs it). Errors are of end values, of J1, J2, J3 on q - q0, against a reference
+on a mesh of a quarter of the size whose own error is estimated from a coarser one: of the nucleus's eight largest and
+mean values, which the other programs report too, and of all scalars of the package.
 
     python benchmarks/speed_error.py [--repeat 3] [--only WORD ...] [--out results/speed-error]
 
@@ -14,11 +15,11 @@ Writes speed_error.csv, speed_error.md and speed_error.png. A run that fails is 
 from __future__ import annotations
 
 import argparse
+import importlib.util
 import json
 import os
 import platform
 import statistics
-import subprocess
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -52,10 +53,10 @@ class Contender:
     Args:
         family: what is varied.
         name: the variant.
-        settings: `--set` of the package; none for the plain script.
+        settings: `--set` of the package.
         ranks: MPI ranks.
         before: Python put before the package's run.
-        plain: element size [um] and numbers of the plain script.
+        script: another program in this folder and its words, instead of the package.
     """
 
     family: str
@@ -63,7 +64,7 @@ class Contender:
     settings: tuple[str, ...] = ()
     ranks: int = 1
     before: str = ""
-    plain: tuple[float, dict[str, Any]] | None = None
+    script: tuple[str, ...] = ()
 
     @property
     def label(self) -> str:
@@ -72,6 +73,8 @@ class Contender:
 
 
 END = ("time.history=false",)
+CAREFUL = '{"degree": 4, "smoothing": 1e-4}'
+NGSOLVE = (0.5, 0.25, 0.12) if importlib.util.find_spec("ngsolve") else ()
 CONTENDERS = (
     Contender("cellmech", "default"),
     *(Contender("third order", f"{h} um", (f"mesh.size_um={h}",)) for h in (4.8, 3.4, 1.7, 1.2)),
@@ -84,23 +87,37 @@ CONTENDERS = (
     Contender("tangent", "new at every iteration", before=FULL_NEWTON),
     Contender("ranks", "2 on one case", ranks=2),
     *(Contender("end state", f"{h} um", (*END, f"mesh.size_um={h}")) for h in (4.8, 2.4, 1.2)),
-    *(Contender("plain", f"{h} um", plain=(h, {})) for h in (0.95, 0.47, 0.33)),
-    *(Contender("plain, careful", f"{h} um", plain=(h, {"degree": 4, "smoothing": 1e-4})) for h in (0.95, 0.47, 0.2)),
+    *(Contender("plain", f"{h} um", script=("plain.py", f"{h}", "{}")) for h in (0.95, 0.47, 0.33)),
+    *(Contender("plain, careful", f"{h} um", script=("plain.py", f"{h}", CAREFUL)) for h in (0.95, 0.47, 0.2)),
+    *(Contender("NGSolve", f"{h} um", script=("ngsolve_history.py", f"{h}")) for h in NGSOLVE),
 )
 
 
-def plain(size_um: float, numbers: Mapping[str, Any]) -> dict[str, Any]:
-    """Solve it by the plain script, in the shape of a result.json."""
-    words = [sys.executable, str(HERE / "plain.py"), f"{size_um:g}", json.dumps(numbers)]
-    done = subprocess.run(words, capture_output=True, text=True)
+def other(script: Sequence[str]) -> dict[str, Any]:
+    """Solve it by another program, in the shape of a result.json."""
+    done, processor_s = command.timed([sys.executable, str(HERE / script[0]), *script[1:]])
     if done.returncode != 0:
         return {"status": "failed", "reason": done.stderr.strip().splitlines()[-1]}
     found = json.loads(done.stdout.splitlines()[-1])
-    result = {key: found[key] for key in ("wall_s", "newton", "cells") if key in found}
+    return (found if "status" in found else shaped(found)) | {"processor_s": processor_s}
+
+
+def shaped(found: Mapping[str, Any]) -> dict[str, Any]:
+    """What the plain script prints, in the shape of a result.json."""
+    result = {"wall_s": found["wall_s"], "dofs": found["unknowns"]}
     if found["failed"]:
         return result | {"status": "failed", "reason": found["failed"]}
     nucleus = {f"{name}_Pa" if name.startswith("sigma") else name: found[name] for name in SCALARS}
-    return result | {"status": "solved", "nucleus": nucleus, "dofs": found["unknowns"]}
+    counts = {"newton_iterations": found["newton"], "factorisations": found["newton"]}
+    return result | {"status": "solved", "nucleus": nucleus} | counts
+
+
+def warmed(contender: Contender, out: Path) -> dict[str, Any]:
+    """Something small, after which its forms are compiled."""
+    if contender.script[:1] == ("plain.py",):
+        return other(("plain.py", "2.0", json.dumps(json.loads(contender.script[2]) | {"end": 400.0})))
+    small = (*contender.settings, "mesh.size_um=8", "time.rtol=0.3")
+    return {} if contender.script else command.solved(out, SCENE, small, contender.ranks, contender.before)
 
 
 def nucleus_error(result: Mapping[str, Any], reference: Mapping[str, Any]) -> float:
@@ -129,28 +146,28 @@ def row_of(contender: Contender, results: Sequence[Mapping[str, Any]], reference
     first = results[0]
     row = {"family": contender.family, "variant": contender.name, "status": first["status"]}
     row |= {"unknowns": first.get("dofs"), "steps": first.get("steps")}
-    row |= {"newton": first.get("newton_iterations", first.get("newton"))}
-    row |= {"factorisations": first.get("factorisations", first.get("newton"))}
-    walls = [result["wall_s"] for result in results if "wall_s" in result]
-    row["wall_s"] = round(statistics.median(walls), 2) if walls else None
+    row |= {"newton": first.get("newton_iterations"), "factorisations": first.get("factorisations")}
+    for key in ("wall_s", "processor_s"):
+        times = [result[key] for result in results if key in result]
+        row[key] = round(statistics.median(times), 2) if times else None
     if first["status"] != "solved":
         return row | {"nucleus_error_percent": None, "beyond_1_percent": None, "reason": first.get("reason", "")}
     row["nucleus_error_percent"] = float(f"{nucleus_error(first, reference):.3g}")
-    row["beyond_1_percent"] = None if contender.plain else beyond(first, reference)
+    row["beyond_1_percent"] = None if contender.script else beyond(first, reference)
     return row | {"reason": ""}
 
 
 def markdown(rows: Sequence[Mapping[str, Any]]) -> str:
     """The table, with wall times over the default's too."""
-    base = next((row["wall_s"] for row in rows if (row["family"], row["variant"]) == ("cellmech", "default")), None)
-    head = ["family", "variant", "unknowns", "steps", "newton", "factorisations", "wall_s", "over default"]
-    head += ["nucleus, % off", "numbers beyond 1 %"]
+    base = next((row for row in rows if (row["family"], row["variant"]) == ("cellmech", "default")), {})
+    counts = ["family", "variant", "unknowns", "steps", "newton", "factorisations"]
+    times = ["wall_s", "processor_s"]
+    head = [*counts, *times, *(f"{key} over default" for key in times), "nucleus, % off", "numbers beyond 1 %"]
     lines = [head, ["---"] * len(head)]
     for row in rows:
-        ratio = f"{row['wall_s'] / base:.2f}" if base and row["wall_s"] else ""
-        shown = [row[key] for key in ("family", "variant", "unknowns", "steps", "newton", "factorisations", "wall_s")]
+        ratios = [f"{row[key] / base[key]:.2f}" if base and row[key] else "" for key in times]
         error = row["nucleus_error_percent"] if row["status"] == "solved" else f"failed: {row['reason'][:60]}"
-        shown += [ratio, error, row["beyond_1_percent"]]
+        shown = [*(row[key] for key in counts + times), *ratios, error, row["beyond_1_percent"]]
         lines.append(["" if value is None else str(value) for value in shown])
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)
 
@@ -201,13 +218,10 @@ def main() -> int:
     found: dict[str, list[dict[str, Any]]] = {contender.label: [] for contender in chosen}
     for turn in range(arguments.repeat + 1):  # the first one compiles
         for contender in chosen:
-            if turn == 0 and contender.plain:
-                result = plain(2.0, contender.plain[1] | {"end": 400.0})
-            elif turn == 0:
-                small = (*contender.settings, "mesh.size_um=8", "time.rtol=0.3")
-                result = command.solved(arguments.out, SCENE, small, contender.ranks, contender.before)
-            elif contender.plain:
-                result = plain(*contender.plain)
+            if turn == 0:
+                result = warmed(contender, arguments.out)
+            elif contender.script:
+                result = other(contender.script)
             else:
                 result = command.solved(arguments.out, SCENE, contender.settings, contender.ranks, contender.before)
             if turn:

@@ -10,7 +10,7 @@ from typing import Any
 
 from cellmech.accuracy import assess, bears_on
 from cellmech.accuracy_report import error_trees, report, table_rows
-from cellmech.archive import DISK, Result, finished, forget, input_key, merge_tables, source_hash
+from cellmech.archive import DISK, Record, finished, forget, input_key, merge_tables, source_hash
 from cellmech.command import Command, Order
 from cellmech.errors import CellmechError
 from cellmech.records import RESULT, to_csv, write_whole
@@ -35,7 +35,7 @@ class Agenda:
     """
 
     jobs: list[Job] = field(default_factory=list)
-    known: dict[str, Result] = field(default_factory=dict)
+    known: dict[str, Record] = field(default_factory=dict)
     sources: dict[str, Path] = field(default_factory=dict)
     twins: list[tuple[Job, Job]] = field(default_factory=list)
     keys: list[dict[str, str]] = field(default_factory=list)
@@ -102,7 +102,7 @@ def _sort(chosen: list[Job], agenda: Agenda, fresh: bool) -> None:
             agenda.jobs.append(replace(job, notes=tuple(notes)))
 
 
-def share_with_twin(twin: Job, job: Job, result: Result) -> Result:
+def share_with_twin(twin: Job, job: Job, result: Record) -> Record:
     """What a job has brought for a case with the same key: its files too, unless it will be tried again."""
     try:
         copied = take_over(job.folder, twin.case, twin.folder, twin.key)
@@ -112,7 +112,7 @@ def share_with_twin(twin: Job, job: Job, result: Result) -> Result:
     return copied or {**result, "case": twin.case.name}
 
 
-def attach_errors(command: Command, order: Order, results: dict[str, Result]) -> dict[str, list[str]]:
+def attach_errors(command: Command, order: Order, results: dict[str, Record]) -> dict[str, list[str]]:
     """Put the errors that are asked for into the results and their files; returns lines for people by case.
 
     Args:

@@ -26,7 +26,7 @@ INTERNAL, DISK = (
 MACHINE = ("wall_s", "ranks", "memory_MB")  # differ between runs of equal inputs: kept out of summary.csv
 COSTS = ("steps", "rejected_steps", "newton_iterations", "factorisations", "mesh_cells", "dofs")
 
-Result: TypeAlias = dict[str, Any]
+Record: TypeAlias = dict[str, Any]
 
 
 class Keyed(Protocol):
@@ -51,7 +51,7 @@ def input_key(case: Case, plan: Keyed) -> str:
     return hashlib.sha256("\n".join((scene_hash(case.scene), source_hash(), plan.key())).encode()).hexdigest()
 
 
-def recorded(folder: Path, key: str, note: Callable[[str], None] = lambda line: None) -> Result | None:
+def recorded(folder: Path, key: str, note: Callable[[str], None] = lambda line: None) -> Record | None:
     """The content of the folder's result.json if it is for these inputs, good or bad, else None.
 
     Args:
@@ -77,12 +77,18 @@ def recorded(folder: Path, key: str, note: Callable[[str], None] = lambda line: 
     return None
 
 
-def is_final(result: Result) -> bool:
+def signed(record: Record, case: str, source: str, key: str) -> Record:
+    """A result with what ties it to its case, its program and its inputs."""
+    hashes = {"source_hash": source, "input_hash": key}
+    return {"schema": 1, "case": case, "status": "", "reason": "", **hashes, **record, **hashes}
+
+
+def is_final(result: Record) -> bool:
     """Whether equal inputs must end alike: solved, or failed for a physical reason."""
     return result["status"] == "solved" or not result["reason"].startswith((INTERNAL, DISK))
 
 
-def finished(folder: Path, key: str, note: Callable[[str], None] = lambda line: None) -> Result | None:
+def finished(folder: Path, key: str, note: Callable[[str], None] = lambda line: None) -> Record | None:
     """As `recorded`, if the result is final and the files beside it are sound; the note says what was not."""
     result = recorded(folder, key, note)
     if result is not None and not is_final(result):
@@ -101,8 +107,8 @@ def forget(folder: Path) -> None:
 
 
 def merge_tables(
-    folder: Path, cases: Sequence[Case], keys: Mapping[str, str], known: Mapping[str, Result]
-) -> dict[str, Result]:
+    folder: Path, cases: Sequence[Case], keys: Mapping[str, str], known: Mapping[str, Record]
+) -> dict[str, Record]:
     """Write the tables of all cases that have a result, whichever process solved them; remove them if none has.
 
     Args:

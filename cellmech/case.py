@@ -15,14 +15,16 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from cellmech import __version__, checkpoint
+from cellmech.additions import Additions
 from cellmech.ellipticity import Stability, StabilityWatch
 from cellmech.errors import SolveError
+from cellmech.layering import MeshPlan, mesh_plan
 from cellmech.model import describe_model
 from cellmech.observables import Observer
 from cellmech.records import CaseFolder, flatten
 from cellmech.run import Memory, Run, Step
 from cellmech.scene_file import scene_to_toml
-from cellmech.setup import MeshPlan, Setup, mesh_plan
+from cellmech.setup import NONE, Setup
 from cellmech.study_file import Case
 from cellmech.vtu import write_fields
 
@@ -54,7 +56,12 @@ class Description:
 
 
 def solve_case(
-    case: Case, folder: CaseFolder, comm: MPI.Comm, plan: MeshPlan, report: Callable[[Progress], None]
+    case: Case,
+    folder: CaseFolder,
+    comm: MPI.Comm,
+    plan: MeshPlan,
+    report: Callable[[Progress], None],
+    additions: Additions = NONE,
 ) -> dict[str, Any]:
     """Solve one case and write its files; the content of result.json is returned (collective on comm).
 
@@ -63,7 +70,7 @@ def solve_case(
     started, scene = time.perf_counter(), case.scene
     earlier_s = 0.0
     folder.write_text("scene.toml", scene_to_toml(scene))
-    setup = Setup(scene, comm, plan)
+    setup = Setup(scene, comm, plan, additions)
     run: Run | None = None
     stability: Stability | None = None
     scalars: dict[str, Any] = {}
@@ -80,7 +87,7 @@ def solve_case(
             run.recall(memory)
             observer.peaks, series, earlier_s = mine["peaks"], mine["series"], mine["wall_s"]
             watch.seen = tuple(mine["stability_seen"])
-            scalars, settled = observer.observe(run.t), run.rate()
+            scalars, settled = observer.observe(run.t) | additions.observe(observer), run.rate()
             folder.log(f"goes on from the checkpoint at t = {run.t:.6g} s, step {run.totals.steps}")
 
         def on_step(step: Step) -> None:
@@ -91,7 +98,7 @@ def solve_case(
                 raise SolveError(_lost(step, found))
             stability = found or stability
             scalars.clear()
-            scalars.update(observer.observe(step.t_s))
+            scalars.update(observer.observe(step.t_s) | additions.observe(observer))
             settled = run.rate()
             numbers = {"t_s": step.t_s, "dt_s": step.dt_s, "newton": step.newton, "error_estimate": step.error_estimate}
             folder.add_row({**numbers, **flatten(scalars)})

@@ -67,6 +67,7 @@ def parser() -> argparse.ArgumentParser:
     add("--accuracy", action="store_true", help="solve each case refined, too, and report the error of every number")
     add("--shard", metavar="I/N", help="take every N-th of the cases, from the I-th on: for N machines at once")
     add("--quiet", action="store_true", help="print errors and one last line only")
+    add("--json", action="store_true", help="print one JSON object and, like --quiet, errors: for scripts")
     add("-h", "--help", action="store_true", help="print this and stop")
     return found
 
@@ -120,6 +121,7 @@ def understand(arguments: Sequence[str] | None, ranks: int) -> Command:
         InputError: for the first thing that is wrong; nothing has been written then.
     """
     options = parser().parse_intermixed_args(arguments)
+    options.quiet |= options.json
     if options.help:
         return Command(options, ())
     paths, sets = list(options.study), []

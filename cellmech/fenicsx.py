@@ -11,9 +11,11 @@ import ufl
 from dolfinx import fem
 from dolfinx import mesh as dmesh
 from mpi4py import MPI
+from petsc4py import PETSc
 
-from cellmech import p2_bubble
+from cellmech import p2_bubble, shared_memory
 
+shared_memory.release()  # whoever solves comes through here
 OLD = tuple(int(part) for part in dolfinx.__version__.split(".")[:2]) < (0, 9)
 
 
@@ -82,6 +84,22 @@ def compiled_expression(expression: Any, points: np.ndarray, jit: dict[str, Any]
     return fem.Expression(expression, points, **{"jit_params" if OLD else "jit_options": jit})
 
 
+def mesh_of(expression: Any) -> Any:
+    """The mesh that a UFL expression lives on."""
+    if OLD:
+        return expression.ufl_domain().ufl_cargo()
+    domain = ufl.domain.extract_unique_domain(expression)
+    return dmesh.Mesh(domain.ufl_cargo(), domain)  # the cargo is the C++ mesh; evaluation asks for Python's
+
+
 def evaluate(expression: Any, mesh: Any, cells: np.ndarray) -> np.ndarray:
     """Values of a compiled expression in the cells, shape (n_cells, n_points * value_size)."""
-    return expression.eval(cells) if OLD else expression.eval(mesh, cells).reshape(len(cells), -1)
+    return expression.eval(cells) if OLD else expression.eval(mesh, cells)
+
+
+def solve(snes: PETSc.SNES, x: PETSc.Vec) -> None:
+    """Solve; what a callback raises arrives as it is (petsc4py 3.22 makes it the cause of an error of its own)."""
+    try:
+        snes.solve(None, x)
+    except PETSc.Error as error:
+        raise error.__cause__ or error from None

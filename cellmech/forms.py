@@ -14,7 +14,7 @@ import os
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
 
@@ -25,7 +25,7 @@ from cellmech import fenicsx
 from cellmech.errors import CellmechError
 
 COMPILER_ARGUMENTS = ["-O2", "-g0"]
-PAUSE_S, TELL_S = 0.02, 30.0  # between two looks at the lock; a compilation takes less
+PAUSE_S, TELL_S = 0.02, 15.0  # between two looks at the lock; a compilation takes less
 _looked_at: dict[Path, int] = {}  # when each cache directory last changed before it was looked through [ns]
 
 
@@ -45,11 +45,11 @@ def _compiling(comm: MPI.Comm) -> Iterator[dict[str, Any]]:
     with ExitStack() as stack:
         try:
             directory.mkdir(parents=True, exist_ok=True)
-            lock = stack.enter_context(open(directory / "lock", "w"))
+            lock = stack.enter_context(open(os.open(directory / "lock", os.O_RDWR | os.O_CREAT), "r+"))
         except OSError as error:
             rule = f"compiled equations cannot be kept there ({error.strerror})"
             raise CellmechError(f"{directory}: {rule}. Name another place with XDG_CACHE_HOME.") from None
-        _take(lock)
+        _take(lock, directory / "lock")
         if _looked_at.get(directory) != directory.stat().st_mtime_ns:
             for source in directory.glob("libffcx_*.c"):
                 if not source.with_suffix(".c.cached").exists():
@@ -59,18 +59,23 @@ def _compiling(comm: MPI.Comm) -> Iterator[dict[str, Any]]:
             yield options
 
 
-def _take(lock: IO[str]) -> None:
-    """Wait for the lock; who waits for long, maybe for a process that has been suspended, is told so."""
+def _take(lock: IO[str], place: Path) -> None:
+    """Wait for the lock; who waits for long, maybe for a process that has been suspended, is told for which."""
     told_at = time.monotonic() + TELL_S
     while True:
         try:
-            return fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            break
         except BlockingIOError:
             if time.monotonic() > told_at:
                 told_at = math.inf
-                text = f"cellmech: waits for another process that compiles equations and holds {lock.name}"
+                lock.seek(0)
+                holder = lock.read(20).strip() or "?"
+                text = f"cellmech: waits for process {holder}, which compiles equations and holds {place}"
                 print(text, file=sys.stderr, flush=True)
             time.sleep(PAUSE_S)
+    with suppress(OSError):  # a full disk: the number is for a message only
+        os.pwrite(lock.fileno(), f"{os.getpid():<10}".encode(), 0)
 
 
 @contextmanager
@@ -122,7 +127,7 @@ class PointValues:
     def __init__(self, expression: Any, points: np.ndarray, comm: MPI.Comm) -> None:
         with _compiling(comm) as options:
             self._expression = fenicsx.compiled_expression(expression, np.asarray(points, dtype=float), options)
-        self.n_points, self._mesh = len(points), expression.ufl_domain().ufl_cargo()
+        self.n_points, self._mesh = len(points), fenicsx.mesh_of(expression)
         self.value_size = math.prod(expression.ufl_shape)
 
     def __call__(self, cells: np.ndarray) -> np.ndarray:

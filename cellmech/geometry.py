@@ -89,7 +89,7 @@ def write_reference_geometries(folder: Path) -> list[Path]:
 
 @contextmanager
 def interrupt_kept() -> Iterator[None]:
-    """Keep Ctrl-C working: Gmsh's import and finalisation reset the handler, also inside dolfinx.io.gmshio."""
+    """Keep Ctrl-C working: Gmsh takes the handler when imported, started and ended, also inside dolfinx.io.gmshio."""
     handler = signal.getsignal(signal.SIGINT)
     try:
         yield
@@ -105,7 +105,8 @@ def _meshed(script: GeoScript, sector: Sector, order: int) -> Iterator[Any]:
     with interrupt_kept(), tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "cellmech.geo"
         path.write_text(script.text())
-        gmsh.initialize([], False)  # the user's own Gmsh options would change the mesh
+        with interrupt_kept():
+            gmsh.initialize([], False)  # the user's own Gmsh options would change the mesh
         try:
             gmsh.option.setNumber("General.Terminal", 0)
             try:

@@ -22,7 +22,7 @@ class Material:
     """A solid and a fluid that deform together, S = c_s S_s + c_f S_f (eqs 6, 7).
 
     Args:
-        law: a strain energy of `cellmech.energies`, or any function of (Invariants, **constants).
+        law: a strain energy of `cellmech.energies`, or any function of `(Invariants, **constants)`.
         constants: what the law needs, moduli in Pa.
         fluid_fraction: c_f [-]; the solid's is 1 - c_f (eqs 10-13).
         fluid_lambda, fluid_mu: volumetric and shear viscosity [Pa s].

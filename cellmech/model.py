@@ -42,12 +42,15 @@ def describe_model(setup: Setup, run: Run | None = None) -> Model:
     scene, cell = setup.scene, setup.scene.cell
     modelled: dict[str, str] = {"kinematics": "plane strain, finite strain"}
     left: dict[str, str] = {}
+    own = setup.additions.materials
     for law in scene.laws():
-        names = [n for n in LAYER_NAMES if scene.layer_law(n) == law]
-        modelled[law] = f"solid phase of {', '.join(names)}"
+        names = [n for n in LAYER_NAMES if scene.layer_law(n) == law and n not in own]
+        if names:
+            modelled[law] = f"solid phase of {', '.join(names)}"
+    modelled |= {f"{m.law.__name__} (not the scene's)": f"material of {name}" for name, m in own.items()}
     modelled["displacement"] = _elements(scene)
     _describe_pressure(scene, modelled, left)
-    wet = [n for n in LAYER_NAMES if material(scene, n).rate_dependent]
+    wet = [n for n in LAYER_NAMES if (own.get(n) or material(scene, n)).rate_dependent]
     if wet:
         modelled["fluid phase"] = f"viscous stress of {', '.join(wet)}; BDF2 in time"
     elif scene.time.history:

@@ -1,5 +1,7 @@
 """Figures and tables of the paper from files on disk: python -m cellmech.plots fig1|…|fig7|table1|table2|table3|….
 
+`movie` is a film of one case, whichever it is.
+
 Nothing is solved and DOLFINx is not needed. Exit status: 0; 1 when a case is missing or failed (the figure shows the
 others and says so); 2 for bad input.
 """
@@ -16,6 +18,7 @@ from cellmech.errors import CellmechError, InputError
 from cellmech.figures.results import StudyResult, read_planned
 from cellmech.figures.style import save, style
 from cellmech.figures.table import Document
+from cellmech.result import load
 from cellmech.study_file import load_study
 from cellmech.toml_file import read_toml
 
@@ -71,6 +74,11 @@ def _parser() -> argparse.ArgumentParser:
     table2.set_defaults(numbers="table3")
     add_study("table3", _table3, "maxima and shape index in S1, S2, S3", "table3", "table3")
     add_study("table-fig2", _table_fig2, "maxima, means and shares at the four laws", "fig2", "fig2")
+    film = add("movie", _movie, "film of a field of one case, over the times at which its fields were written")
+    case = Path("results/movie/movie")
+    film.add_argument("--case", type=Path, default=case, metavar="DIR", help="folder of the case; default: %(default)s")
+    film.add_argument("--field", default="J1", help="scalar of the field files; default: %(default)s")
+    film.add_argument("--magnify", type=float, default=1.0, help="displacements; default: %(default)g")
     return parser
 
 
@@ -118,6 +126,16 @@ def _described_shapes(options: argparse.Namespace) -> int:
 
     study, paper = _study(options), _paper(options)
     return _draw(options, draw_shapes, study, lambda case: nucleus_lines(case, paper)) or _complain(study)
+
+
+def _movie(options: argparse.Namespace) -> int:
+    from cellmech.figures.field_picture import make_film
+
+    path = options.out / f"{options.stem}.gif"
+    with style():
+        count = make_film(load(options.case), path, options.field, options.magnify)
+    print(f"{path}: {count} pictures")
+    return 0
 
 
 def _table1(options: argparse.Namespace) -> int:

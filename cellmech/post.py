@@ -13,7 +13,7 @@ if TYPE_CHECKING:  # brings DOLFINx along
 PAUSE_S = 0.05  # between two looks at what one waits for
 REPORT_EVERY_S = 0.5  # at most, per group
 
-Result: TypeAlias = dict[str, Any]
+Record: TypeAlias = dict[str, Any]
 
 
 class Watcher(Protocol):
@@ -25,7 +25,7 @@ class Watcher(Protocol):
     def progressed(self, index: int, progress: Progress) -> None:
         """A case has made a step."""
 
-    def finished(self, index: int, result: Result) -> None:
+    def finished(self, index: int, result: Record) -> None:
         """A case has come to its end, good or bad."""
 
     def tick(self) -> None:
@@ -42,7 +42,7 @@ class Post:
 
     def __init__(self, world: MPI.Comm, watcher: Watcher) -> None:
         self.comm, self.watcher = world.Dup(), watcher
-        self.results: dict[int, Result] = {}
+        self.results: dict[int, Record] = {}
         self._sent: list[MPI.Request] = []
         self._arriving: list[Any] = []
         self._next_report = 0.0
@@ -59,11 +59,11 @@ class Post:
             self._next_report = now + REPORT_EVERY_S
             self._send(index, progress)
 
-    def finished(self, index: int, result: Result) -> None:
+    def finished(self, index: int, result: Record) -> None:
         """A case has ended."""
         self._send(index, result)
 
-    def _send(self, index: int, content: Progress | Result | None) -> None:
+    def _send(self, index: int, content: Progress | Record | None) -> None:
         if self.comm.rank == 0:
             self._receive(index, content)
             self._drain()
@@ -84,7 +84,7 @@ class Post:
         self._arriving = waiting
         self.watcher.tick()
 
-    def _receive(self, index: int, content: Progress | Result | None) -> None:
+    def _receive(self, index: int, content: Progress | Record | None) -> None:
         if content is None:
             self.watcher.started(index)
         elif isinstance(content, dict):

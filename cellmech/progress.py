@@ -6,7 +6,6 @@ import os
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -31,8 +30,11 @@ COLUMNS = {  # head of a column of the table -> key of result.json, format
 
 def say(text: str, stream: Any = None) -> None:
     """Print a text; if nobody reads any more (`| head`), go on in silence rather than stop the study."""
-    with suppress(BrokenPipeError):
-        print(text, file=stream or sys.stdout, flush=True)
+    stream = stream or sys.stdout
+    try:
+        print(text, file=stream, flush=True)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())  # what is left goes there, and Python ends in peace
 
 
 def on_terminal() -> bool:

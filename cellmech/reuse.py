@@ -9,7 +9,7 @@ from contextlib import suppress
 from glob import escape, glob
 from pathlib import Path
 
-from cellmech.archive import Result, alone_in, finished, forget, is_final
+from cellmech.archive import Record, alone_in, finished, forget, is_final
 from cellmech.records import CHECKPOINT, LOG, RESULT, CaseFolder
 from cellmech.scene_file import scene_to_toml
 from cellmech.study_file import Case
@@ -30,7 +30,7 @@ def solved_beside(out: Path) -> dict[str, Path]:
     return found
 
 
-def take_over(source: Path, case: Case, folder: Path, key: str) -> Result | None:
+def take_over(source: Path, case: Case, folder: Path, key: str) -> Record | None:
     """Copy a finished case from another folder, under this case's name.
 
     Args:
@@ -52,7 +52,7 @@ def take_over(source: Path, case: Case, folder: Path, key: str) -> Result | None
         return _copied(result, source, case, folder, key)
 
 
-def _copied(result: Result, source: Path, case: Case, folder: Path, key: str) -> Result | None:
+def _copied(result: Record, source: Path, case: Case, folder: Path, key: str) -> Record | None:
     forget(folder)
     files = CaseFolder(folder, True, key)
     try:

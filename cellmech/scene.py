@@ -68,11 +68,15 @@ class Scene(Table):
     """
 
     schema_: Annotated[int, Whole(1, 1)] = Field(default=1, alias="schema")
+    """Version of the file format."""
     title: Annotated[str, Line()] = ""
+    """For people: heads tables and figures."""
     cell: Cell = Cell()
     layer: Layers = Layers()
     pillar: tuple[Pillar, ...] = (Pillar(),)
+    """One table a pillar, Table 1's if there is none; `pillar = []` for no pillar. A half cell mirrors them."""
     flat: Annotated[Flat | None, BeforeValidator(_flat)] = Flat()
+    """The flat substrate; `flat = false` for none."""
     load: Load = Load()
     contact: Contact = Contact()
     time: Time = Time()

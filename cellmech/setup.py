@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
@@ -14,13 +13,14 @@ from dolfinx import fem
 from mpi4py import MPI
 from petsc4py import PETSc
 
+from cellmech.additions import Additions
 from cellmech.contact import Contact, Flat, Obstacle, Pillar, smooth_step
-from cellmech.disc import Grading
 from cellmech.domain import Domain, build_domain, whole
 from cellmech.energies import LAWS
 from cellmech.errors import SolveError
 from cellmech.forms import displacement_space, pressure_space
 from cellmech.geometry import DiscSpec
+from cellmech.layering import INSIDE_OUT, MERGED, MeshPlan
 from cellmech.materials import Material, mixtures
 from cellmech.modes import rigid_modes
 from cellmech.moduli import lame
@@ -30,7 +30,6 @@ from cellmech.placement import Placement, placement, standing
 from cellmech.residual import Body
 from cellmech.run import Run, Schedule
 from cellmech.scene import LAYER_NAMES, LayerName, Scene
-from cellmech.study_file import Case
 
 # Units inside: µm, s, Pa.
 KG_M3 = 1e-12  # kg/m^3 in Pa s^2/µm^2
@@ -39,71 +38,8 @@ M_S2 = 1e6  # m/s^2 in µm/s^2
 ZONE_OVER_HERTZ = 1.32  # on Table 1 the contact edge lies at 0.9 of Hertz's half-width, the membrane's peaks beyond it
 NEAR = 5e-4  # of the radius: an obstacle that near is modelled from the start
 SMALL = 0.15  # of the load over the softest stiffness: below such a displacement errors are not relative to it
-FADE, THINNEST = (
-    4,
-    5e-3,
-)  # most rings in which a layer's share falls from 1 to a half; their least width over the radius
 LOAD_STEPS = 20  # reported equilibria of a ramp when nothing depends on rate
-INSIDE_OUT: tuple[LayerName, ...] = tuple(reversed(LAYER_NAMES))
-MERGED: dict[tuple[LayerName, ...], str] = {("nucleoplasm", "lamina"): "nucleus", ("cytosol", "membrane"): "cytoplasm"}
-
-
-@dataclass(frozen=True)
-class MeshPlan:
-    """How the cases of a study are meshed.
-
-    Args:
-        merged: pairs of layers that are meshed as one (`mesh_plan`).
-        grading: where the elements are small.
-    """
-
-    merged: tuple[tuple[LayerName, ...], ...] = ()
-    grading: Grading = Grading()
-
-    def key(self) -> str:
-        """For the hash that ties a result to its inputs; the default grading is part of the program's own."""
-        other = [] if self.grading == Grading() else [repr(self.grading)]
-        return ";".join(["+".join(pair) for pair in self.merged] + other)
-
-    def interfaces(self, scene: Scene) -> tuple[tuple[str, float], ...]:
-        """(name, outer radius [µm]) of the groups to mesh, from the inside out."""
-        found = []
-        for inner, outer in (INSIDE_OUT[:2], INSIDE_OUT[2:]):
-            if (inner, outer) in self.merged:
-                found.append((MERGED[inner, outer], scene.outer_radius_um(outer)))
-            else:
-                found += [(inner, scene.outer_radius_um(inner)), (outer, scene.outer_radius_um(outer))]
-        return tuple(found if scene.cell.smear_um is None else _with_fades(scene, found))
-
-
-def _with_fades(scene: Scene, interfaces: list[tuple[str, float]]) -> list[tuple[str, float]]:
-    """The interfaces and circles between them, so that a fade from layer to layer is some elements wide.
-
-    The innermost pieces of a group are named after it with a number, the outermost keeps its name.
-    """
-    smear, radii = scene.cell.smear_um or 0.0, [radius for _, radius in interfaces]
-    rings = min(int(smear / (THINNEST * scene.radius_um) + 1e-9), FADE)
-    step = smear / max(rings, 1)
-    fades = [scene.outer_radius_um(name) + k * step for name in INSIDE_OUT[:-1] for k in range(-rings, rings + 1)]
-    for radius in sorted(r for r in fades if 0 < r < scene.radius_um):
-        if min(abs(radius - other) for other in radii) > step / 2:
-            radii.append(radius)
-    found, inner = [], 0.0
-    for name, outer in interfaces:
-        pieces = sorted(radius for radius in radii if inner < radius < outer)
-        found += [(f"{name} {k}", radius) for k, radius in enumerate(pieces, 1)] + [(name, outer)]
-        inner = outer
-    return found
-
-
-def mesh_plan(cases: Sequence[Case]) -> MeshPlan:
-    """Mesh every layer apart, but for smeared ones, whose interfaces are none.
-
-    Layers of equal properties are meshed apart too: without an interface their maxima are looked for inside elements,
-    which takes longer than the few elements saved, and moves them by more than their error (`benchmarks/needs.py`).
-    """
-    smeared = all(case.scene.cell.layers == "smeared" for case in cases)
-    return MeshPlan((INSIDE_OUT[:2], INSIDE_OUT[2:]) if smeared else ())
+NONE = Additions()
 
 
 @lru_cache(maxsize=4)
@@ -181,10 +117,11 @@ class Setup:
         scene: validated input.
         comm: the ranks that share this case.
         plan: which layers are meshed apart.
+        additions: what the scene cannot say.
     """
 
-    def __init__(self, scene: Scene, comm: MPI.Comm, plan: MeshPlan) -> None:
-        self.scene, self.half = scene, scene.cell.shape == "half"
+    def __init__(self, scene: Scene, comm: MPI.Comm, plan: MeshPlan, additions: Additions = NONE) -> None:
+        self.scene, self.half, self.additions = scene, scene.cell.shape == "half", additions
         self.place: Placement = placement(scene)
         self.lift_um = scene.cell.gap_um if self.place.touch and not scene.cell.inertia else 0.0
         self.centre = (self.place.centre_x_um, self.place.centre_y_um - self.lift_um)
@@ -206,7 +143,7 @@ class Setup:
             grading=plan.grading,
         )
         self.domain = _domain(self.spec, comm.py2f())
-        self.obstacles = obstacles_of(scene)
+        self.obstacles = obstacles_of(scene) | dict(additions.obstacles)
         self.body, self.out_of_reach = self._body()
 
     def _contact_zone_um(self) -> float:
@@ -235,10 +172,10 @@ class Setup:
 
     def _body(self) -> tuple[Body, list[Obstacle]]:
         scene, domain = self.scene, self.domain
-        mixed = bool(mixed_layers(scene))
+        smeared, own = scene.cell.layers == "smeared", self.additions.materials
+        layers: dict[str, Material] = {name: own.get(name) or material(scene, name) for name in LAYER_NAMES}
+        mixed = any(one.mixed for one in layers.values())
         space = displacement_space(domain.mesh, scene.mesh.order, bubble=mixed)
-        smeared = scene.cell.layers == "smeared"
-        layers: dict[str, Material] = {name: material(scene, name) for name in LAYER_NAMES}
         first: dict[str, str] = {merged: pair[0] for pair, merged in MERGED.items()}
         groups = {name: layers[first.get(name, name)] for name, _ in self.interfaces if not smeared}
         blend = smeared_weights(scene, domain, self.centre) if smeared else None
@@ -279,6 +216,8 @@ class Setup:
         """Whether the obstacles are symmetric about the cell's vertical axis."""
         x0 = 2 * self.centre[0]
         pillars = [o for o in self.obstacles.values() if isinstance(o, Pillar)]
+        if len(pillars) + (self.scene.flat is not None) < len(self.obstacles):
+            return False  # whether the others are, nobody has said
         images = {(round(x0 - p.x_um, 9), p.y_um, p.half_width_um, p.height_um, p.exponent) for p in pillars}
         return images == {(round(p.x_um, 9), p.y_um, p.half_width_um, p.height_um, p.exponent) for p in pillars}
 

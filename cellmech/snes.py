@@ -11,6 +11,7 @@ from dolfinx.fem import petsc
 from mpi4py import MPI
 from petsc4py import PETSc
 
+from cellmech import fenicsx
 from cellmech.det_f import DetFWatch
 from cellmech.forms import compile_form
 from cellmech.modes import BorderedLU, RigidModes
@@ -90,6 +91,7 @@ class Solver:
         prefix, options = PREFIX, PETSc.Options()
         for key, value in OPTIONS.items():
             options[prefix + key] = value
+        options["options_left"] = False  # PETSc 3.22 warns, when the process ends, of one that no solve came to use
         snes = PETSc.SNES().create(self.comm)
         snes.setOptionsPrefix(prefix)
         snes.setFunction(self._residual, self._b)
@@ -235,7 +237,7 @@ class Solver:
             self._use(search)
             self._x.setArray(guess)
             self._watch.worst, self._stale = None, False
-            self._snes.solve(None, self._x)
+            fenicsx.solve(self._snes, self._x)
             iterations += self._snes.getIterationNumber()
             reason, residual = self._snes.getConvergedReason(), float(self._snes.getFunctionNorm())
             converged = reason > 0 or (np.isfinite(residual) and residual <= self._noise())

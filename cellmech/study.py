@@ -7,17 +7,20 @@ import os
 import sys
 import traceback
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import asdict
 from typing import Any, TypeVar
 
 from mpi4py import MPI
 
+from cellmech import shared_memory
 from cellmech.agenda import Agenda, attach_errors, draw_up, share_with_twin
-from cellmech.archive import SUMMARY, Result, merge_tables
+from cellmech.archive import SUMMARY, Record, merge_tables
 from cellmech.command import Command, parser, understand
 from cellmech.errors import CellmechError, InputError
 from cellmech.interrupts import Interrupted, Interrupts
 from cellmech.post import meet
 from cellmech.progress import Plain, Quiet, on_terminal, results_table, say
+from cellmech.sealed import SEAL, json_text
 from cellmech.sweep import solve_jobs
 
 T = TypeVar("T")
@@ -64,11 +67,16 @@ def run(
     if options.help or options.list:
         if world.rank == 0:
             names = [case.name for order in command.orders for case in order.chosen]
-            say(parser().format_help().rstrip() if options.help else "\n".join(names))
+            listed = json_text({"cases": names}).rstrip() if options.json else "\n".join(names)
+            say(parser().format_help().rstrip() if options.help else listed)
         return 0
     if not command.orders:
         if world.rank == 0:
-            say(f"nothing to solve: shard {options.shard} has no case")
+            say(
+                json_text({"studies": []}).rstrip()
+                if options.json
+                else f"nothing to solve: shard {options.shard} has no case"
+            )
         return 0
     case = load()
     interrupts.arm()
@@ -80,12 +88,18 @@ def run(
 
 def check(command: Command, case: Any) -> None:
     """Print what the cases will model and how large they are."""
+    cases = {}
     for order in command.orders:
         mesh_plan = case.mesh_plan(order.study.cases)
         for chosen in order.chosen:
             found = case.describe_case(chosen, MPI.COMM_SELF, mesh_plan)
+            cases[command.label(order, chosen)] = asdict(found)
+            if command.options.json:
+                continue
             size = f"{found.cells:,} triangles, {found.dofs:,} unknowns, about {found.memory_MB:,.0f} MB"
             say("\n  ".join([f"{command.label(order, chosen)}: {size}", *found.model]))
+    if command.options.json:
+        say(json_text({"cases": cases}).rstrip())
 
 
 def solve(command: Command, case: Any, world: MPI.Intracomm, interrupts: Interrupts) -> int:
@@ -136,14 +150,14 @@ def say_names(what: str, labels: Iterable[str], hint: str = "") -> None:
         say(f"{what}: {', '.join(names[:10])}{', ...' * (len(names) > 10)}{hint}")
 
 
-def close(command: Command, agenda: Agenda, solved: Mapping[str, Result]) -> int:
+def close(command: Command, agenda: Agenda, solved: Mapping[str, Record]) -> int:
     """Write the tables, print them in short; the exit status.
 
     Raises:
         CellmechError: the tables cannot be written.
     """
     shared = {twin.label: share_with_twin(twin, job, solved[job.label]) for twin, job in agenda.twins}
-    results = {**agenda.known, **solved, **shared}
+    results, studies = {**agenda.known, **solved, **shared}, []
     for order, keys in zip(command.orders, agenda.keys, strict=True):
         errors = attach_errors(command, order, results)
         known = {case.name: results[command.label(order, case)] for case in order.chosen}
@@ -153,10 +167,18 @@ def close(command: Command, agenda: Agenda, solved: Mapping[str, Result]) -> int
             say(f"\n{order.study.title}: largest values in the nucleus at the end\n{table}\n")
             for name, lines in errors.items():
                 say("\n".join([f"{name}: {lines[0]}", *lines[1:]]))
+        bare = {
+            name: {key: record[key] for key in record if key not in ("files", SEAL)} for name, record in here.items()
+        }
+        studies.append({"study": order.study.stem, "title": order.study.title, "out": str(order.out), "cases": bare})
+        if command.options.json:
+            continue
         good = sum(result["status"] == "solved" for result in here.values())
         left = f", {more} not yet" if (more := len(order.study.cases) - len(here)) else ""
         files = f"{SUMMARY} and a folder per case in {order.out}{os.sep}"
         say(f"{order.study.stem}: {good} of {len(here)} cases solved{left}; {files}")
+    if command.options.json:
+        say(json_text({"studies": studies}).rstrip())
     return int(any(result["status"] != "solved" for result in results.values()))
 
 
@@ -166,6 +188,7 @@ def main(arguments: Sequence[str] | None = None, load: Callable[[], Any] = load_
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # a name this terminal cannot show must not stop a study
     world, status = MPI.COMM_WORLD, 1
+    shared_memory.release()
     try:
         with Interrupts() as interrupts:
             status = run(arguments, world, interrupts, load)

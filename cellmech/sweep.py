@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from mpi4py import MPI
 
-from cellmech.archive import DISK, INTERNAL, alone_in, finished
+from cellmech.archive import DISK, INTERNAL, alone_in, finished, signed
 from cellmech.errors import CellmechError
 from cellmech.handout import Counter
 from cellmech.interrupts import Interrupts
-from cellmech.post import PAUSE_S, Post, Result, Watcher, meet
+from cellmech.post import PAUSE_S, Post, Record, Watcher, meet
 from cellmech.records import LOG, RESULT, CaseFolder, write_whole
 from cellmech.sealed import sealed
 from cellmech.study_file import Case
@@ -30,7 +30,7 @@ if TYPE_CHECKING:  # they bring DOLFINx along, which --list and bad input need n
 
 GRACE_S = 10.0  # for the other ranks of a case to run into the error that one has met
 
-Solve: TypeAlias = "Callable[[Case, CaseFolder, MPI.Comm, MeshPlan, Callable[[Progress], None]], Result]"
+Solve: TypeAlias = "Callable[[Case, CaseFolder, MPI.Comm, MeshPlan, Callable[[Progress], None]], Record]"
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Job:
 
 def solve_jobs(
     jobs: list[Job], solve: Solve, world: MPI.Intracomm, ranks_per_case: int, watcher: Watcher, interrupts: Interrupts
-) -> list[Result]:
+) -> list[Record]:
     """Solve the cases, each on so many ranks, and write their files. Collective on world.
 
     Args:
@@ -126,15 +126,15 @@ class _Attempt:
         if self.lead:
             self.post.finished(self.index, result)
 
-    def _solve(self, solve: Solve) -> Result:
+    def _solve(self, solve: Solve) -> Record:
         with self._alone() as brought:
             return brought or self._solve_alone(solve)
 
     @contextmanager
-    def _alone(self) -> Iterator[Result | None]:
+    def _alone(self) -> Iterator[Record | None]:
         """Keep other processes from the folder; what one of them has brought since the start. Collective."""
         with ExitStack() as stack:
-            found: tuple[Result | None, OSError | None] = None, None
+            found: tuple[Record | None, OSError | None] = None, None
             if self.lead:
                 try:
                     stack.enter_context(alone_in(self.job.folder, self._wait))
@@ -155,7 +155,7 @@ class _Attempt:
         self.interrupts.check()
         time.sleep(PAUSE_S)
 
-    def _solve_alone(self, solve: Solve) -> Result:
+    def _solve_alone(self, solve: Solve) -> Record:
         folder = CaseFolder(self.job.folder, self.lead, self.job.key)
         try:
             for note in self.job.notes:
@@ -171,9 +171,8 @@ class _Attempt:
         if self.lead:
             self.post.progressed(self.index, progress)
 
-    def _complete(self, result: Result) -> Result:
-        hashes = {"source_hash": self.job.source, "input_hash": self.job.key}
-        return {"schema": 1, "case": self.job.case.name, "status": "", "reason": "", **hashes, **result, **hashes}
+    def _complete(self, result: Record) -> Record:
+        return signed(result, self.job.case.name, self.job.source, self.job.key)
 
     def _agree(self, reason: str, trace: str) -> tuple[str, str]:
         """What went wrong on the first rank where something did. If the others go on solving, the job is ended."""
@@ -192,7 +191,7 @@ class _Attempt:
         print(text, file=sys.stderr, flush=True)
         MPI.COMM_WORLD.Abort(1)
 
-    def _record(self, result: Result, trace: str) -> None:
+    def _record(self, result: Record, trace: str) -> None:
         """Leave on disk what is known of a case that fell over; if the disk is what failed, in the result only."""
         _append(self.job.folder / LOG, f"failed: {result['reason']}\n{trace}")
         try:

@@ -33,9 +33,10 @@ def read_toml(where: str) -> dict[str, Any]:
     except FileNotFoundError:
         hint = "The study files that come with the program are in studies/."
         raise InputError(where, "", "there is no such file", None, hint) from None
-    except (OSError, ValueError) as error:  # ValueError: a name with a null byte
-        reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise InputError(where, "", f"cannot be read ({reason})") from None
+    except OSError as error:
+        raise InputError(where, "", f"cannot be read ({error.strerror})") from None
+    except ValueError:
+        raise InputError(where, "", "cannot be read (null byte in its name)") from None
     if len(raw) > MOST_BYTES:
         raise InputError(where, "", f"must be at most {MOST_BYTES:,} bytes long")
     try:

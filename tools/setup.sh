@@ -1,21 +1,29 @@
 #!/usr/bin/env bash
 # Brings a Debian 12 or 13 machine to where the project runs: Debian's packages (as root or through sudo), then .venv on
 # top of Debian's Python. Does only what is missing, so every make target calls it; when all is there it takes a moment.
+#     setup.sh               all that is needed to run, test and develop
+#     setup.sh packages      Debian's packages only: the layer of a container image that changes least
+#     setup.sh run           all that is needed to run: no test tools
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 unset PYTHONPATH PYTHONHOME PETSC_DIR PETSC_ARCH SLEPC_DIR # nothing from outside Debian and .venv gets in
 export PYTHONNOUSERSITE=1 PIP_USER=0
 
 # The C compiler is for DOLFINx, which compiles each form when it is first used; OpenBLAS halves the time of a solve;
-# without EGL, pyvista crashes on a machine that has no screen.
+# without EGL, pyvista crashes on a machine that has no screen; make is for what cannot be started by make.
 packages=(
-    python3 python3-venv python3-dev gcc
+    make python3 python3-venv python3-dev gcc
     python3-dolfinx-real python3-gmsh python3-scipy python3-matplotlib
     openmpi-bin libopenblas0-pthread libegl1
 )
 python=/usr/bin/python3 # never the first on PATH: only Debian's sees Debian's DOLFINx
 venv=.venv
 stamp=$venv/setup-stamp
+case ${1-} in
+    "") extras='[dev]' ;;
+    packages | run) extras= ;;
+    *) printf 'set-up: no such part: %s (packages, run or nothing)\n' "$1" >&2; exit 2 ;;
+esac
 
 say() { printf 'set-up: %s\n' "$*" >&2; }
 die() { say "$@"; exit 1; }
@@ -47,6 +55,7 @@ wanted_stamp() {
     # Whatever changes one of these lines makes the Python packages be installed again.
     "$python" --version
     pwd
+    printf 'extras: %s\n' "$extras"
     sha256sum pyproject.toml tools/setup.sh
 }
 
@@ -74,7 +83,7 @@ install_python() {
     rm -f $stamp
     debian_versions >$venv/debian-versions.txt
     $venv/bin/python -m pip install --quiet --no-input --disable-pip-version-check \
-        --constraint $venv/debian-versions.txt --editable '.[dev]' ||
+        --constraint $venv/debian-versions.txt --editable ".$extras" ||
         die "pip failed; its message is above. It needs to reach PyPI (or the mirror that pip is configured for)."
     $venv/bin/python -c 'import dolfinx, gmsh, petsc4py, pydantic, pyvista' ||
         die "the installed packages do not work together; Python's message is above."
@@ -87,6 +96,7 @@ exec 9<tools/setup.sh # two make at once: the second waits, then finds all done
 flock 9
 read -ra missing <<<"$(missing_packages)"
 [ ${#missing[@]} -eq 0 ] || install_packages "${missing[@]}" 9<&- # a service that apt starts must not keep the lock
+[ "${1-}" != packages ] || exit 0
 if [ "$(cat $stamp 2>/dev/null)" != "$(wanted_stamp)" ] || ! fits; then
     install_python
 fi

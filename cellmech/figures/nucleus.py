@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from cellmech.figures.results import CaseResult
 from cellmech.placement import placement, standing
+from cellmech.result import Result
 
 OUTLINES = (  # what a shape index may be taken of: key, name, its value for a circle
     ("full", "full outline", 1.0),
@@ -16,7 +16,7 @@ OUTLINES = (  # what a shape index may be taken of: key, name, its value for a c
 )
 
 
-def nucleus_lines(case: CaseResult, paper: Mapping[str, Any]) -> list[str]:
+def nucleus_lines(case: Result, paper: Mapping[str, Any]) -> list[str]:
     """Shape index in its three readings beside the printed one, and the lamina's distance from the pillar.
 
     Args:
@@ -32,7 +32,7 @@ def nucleus_lines(case: CaseResult, paper: Mapping[str, Any]) -> list[str]:
     return lines
 
 
-def start_um(case: CaseResult) -> float:
+def start_um(case: Result) -> float:
     """The lamina's distance from the pillar below it before the load acts [µm]; NaN without one."""
     scene, place = case.scene, placement(case.scene)
     arches = [stand.arch for stand in standing(scene.cell.shape == "half", scene.pillar)]

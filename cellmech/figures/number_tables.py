@@ -6,9 +6,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from cellmech.figures.nucleus import OUTLINES, start_um
-from cellmech.figures.results import CaseResult, StudyResult
+from cellmech.figures.results import StudyResult
 from cellmech.figures.style import LAWS, PAPER, QUANTITIES, Quantity, printed_form, provenance
 from cellmech.figures.table import NONE, Cell, Document, Table, Value, ratios
+from cellmech.result import Result
 
 NAMES = {"sigma_mises": "σ_Mises [Pa]"}
 RATIOS = ["here / paper", "same, of q − q0"]
@@ -100,26 +101,26 @@ def table3(study: StudyResult, paper: Mapping[str, Any]) -> Document:
     return Document(f"Table 3: the nucleus at {ends} ({PAPER}, section 3.4)", AT_REST, tables, provenance(study))
 
 
-def _label(case: CaseResult) -> str:
+def _label(case: Result) -> str:
     return (LAWS[case.name].label if case.name in LAWS else case.name) + (" (failed)" if case.failure else "")
 
 
-def _head(case: CaseResult, q: Quantity) -> list[Cell]:
+def _head(case: Result, q: Quantity) -> list[Cell]:
     return [_label(case), NAMES.get(q.key, q.key)]
 
 
-def _maximum(case: CaseResult, q: Quantity, theirs: float | None) -> list[Cell]:
+def _maximum(case: Result, q: Quantity, theirs: float | None) -> list[Cell]:
     ours = case.number(f"nucleus.{q.key}_max{q.suffix}")
     return [*_head(case, q), _value(ours, q), _printed(theirs), *ratios(ours, theirs, q.rest)]
 
 
-def _maximum_over_time(case: CaseResult, q: Quantity, theirs: float | None) -> list[Cell]:
+def _maximum_over_time(case: Result, q: Quantity, theirs: float | None) -> list[Cell]:
     ours = case.number(f"nucleus.{q.key}_max_over_time{q.suffix}")
     when = Value(case.number(f"nucleus.{q.key}_max_time_s"), ",.0f")
     return [*_head(case, q), _value(ours, q), when, _printed(theirs), *ratios(ours, theirs, q.rest)]
 
 
-def _mean(case: CaseResult, q: Quantity, share: float | None) -> list[Cell]:
+def _mean(case: Result, q: Quantity, share: float | None) -> list[Cell]:
     ours, part = case.number(f"nucleus.{q.key}_mean{q.suffix}"), case.number(f"share_of_area_percent.{q.key}")
     implied = None if share is None else share / 100 * case.number("cell.area_um2") / case.number("nucleus.area_um2")
     paper: Cell = NONE if implied is None else Value(implied, ".2f")
@@ -127,12 +128,12 @@ def _mean(case: CaseResult, q: Quantity, share: float | None) -> list[Cell]:
     return [*_head(case, q), _value(ours, q), paper, *ratios(ours, implied, q.rest), Value(part, ".2f"), shown]
 
 
-def _shares(case: CaseResult, q: Quantity) -> list[Cell]:
+def _shares(case: Result, q: Quantity) -> list[Cell]:
     values = [case.number(f"{kind}.{q.key}") for kind in ("share_of_max", "share_of_integral")]
     return [*_head(case, q), *(Value(value, ".3f") for value in values)]
 
 
-def _index(case: CaseResult, outline: tuple[str, str, float], theirs: float | None) -> list[Cell]:
+def _index(case: Result, outline: tuple[str, str, float], theirs: float | None) -> list[Cell]:
     key, name, circle = outline
     ours = case.number(f"shape_index.{key}")
     known: list[Cell] = [_label(case), name, Value(ours, ".4f"), Value(circle, ".4f"), _printed(theirs)]

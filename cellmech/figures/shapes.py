@@ -13,11 +13,12 @@ from matplotlib.figure import Figure
 
 from cellmech.figures.parameters import parameter
 from cellmech.figures.render import Shape, View, picture, probe, read_shape
-from cellmech.figures.results import CaseResult, StudyResult
+from cellmech.figures.results import StudyResult
 from cellmech.figures.sheet import UNDEFORMED, Sheet
 from cellmech.figures.style import FAULT_COLOUR, LAWS, SMALL, SUBSTRATE, TINY
 from cellmech.figures.substrate import band, polygons, surface_at
 from cellmech.placement import placement
+from cellmech.result import Result
 
 SEEN = 0.1  # a displacement above this share of the diameter needs no magnification
 AIM = 0.2  # a magnified one should not exceed this share
@@ -25,7 +26,7 @@ FACTORS = (1000, 500, 200, 100, 50, 30, 20, 10, 5, 4, 3, 2)
 PX_PER_IN = 214  # of the pictures
 FADED = "#dcdcdc"  # the substrate where it is not drawn true
 
-Report: TypeAlias = Callable[[CaseResult], Sequence[str]]
+Report: TypeAlias = Callable[[Result], Sequence[str]]
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,7 @@ class Pose:
         pivot: displacement of the cell's lowest point [µm], about which displacements are magnified.
     """
 
-    case: CaseResult
+    case: Result
     t_s: float
     shape: Shape
     centre: np.ndarray
@@ -51,7 +52,7 @@ class Pose:
         return float(np.max(np.linalg.norm(self.shape.displacement - origin, axis=-1)))
 
 
-def read_pose(case: CaseResult) -> Pose:
+def read_pose(case: Result) -> Pose:
     """Read a case's last field file."""
     t_s, path = case.last_fields()
     shape = read_shape(path, case.scene.cell.shape == "half")

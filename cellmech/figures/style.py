@@ -12,8 +12,9 @@ import matplotlib
 from matplotlib.figure import Figure
 
 from cellmech.errors import InputError
-from cellmech.figures.results import CaseResult, StudyResult
+from cellmech.figures.results import StudyResult
 from cellmech.records import PARTIAL
+from cellmech.result import Result
 
 DPI = 200
 PAPER = "Allena & Aubry 2022"
@@ -162,7 +163,7 @@ def provenance(study: StudyResult) -> str:
     return "   ·   ".join([*parts, *([f"sources {', '.join(sorted(sources))}"] if sources else [])])
 
 
-def _cells(case: CaseResult) -> str:
+def _cells(case: Result) -> str:
     number = case.number("mesh_cells")
     return "?" if number != number else f"{number:,.0f}"
 

@@ -13,13 +13,14 @@ from functools import cached_property
 from pathlib import Path
 
 from cellmech.errors import InputError
-from cellmech.figures.results import CaseResult, StudyResult, read_planned
+from cellmech.figures.results import StudyResult, read_planned
 from cellmech.figures.style import QUANTITIES
 from cellmech.paper.bounds import Bounded, bounded, bounds
 from cellmech.paper.choices import QUESTIONS, SUBJECTS, Subject, Trial, trial
 from cellmech.paper.misfit import misfit
 from cellmech.paper.ours import STUDIES, Slot
 from cellmech.paper.printed import RESTS, Paper, PrintedRow
+from cellmech.result import Result
 from cellmech.study_file import load_study
 
 CLOSE = 0.05
@@ -167,7 +168,7 @@ def read_audit(results: Path, paper: Paper, studies: Path = STUDIES, pairs: bool
         InputError: when the first study has no result, or a file is broken.
     """
     tried: list[Tried] = []
-    cases: dict[str, CaseResult] = {}
+    cases: dict[str, Result] = {}
     for stem in (SINGLES, PAIRS):
         if stem == SINGLES or (pairs and (results / stem).is_dir()):
             found, known = _read(results / stem, studies / f"{stem}.toml", paper)
@@ -176,7 +177,7 @@ def read_audit(results: Path, paper: Paper, studies: Path = STUDIES, pairs: bool
     return Audit(paper, tried, StudyResult(results / SINGLES, cases))
 
 
-def _read(folder: Path, path: Path, paper: Paper) -> tuple[list[Tried], dict[str, CaseResult]]:
+def _read(folder: Path, path: Path, paper: Paper) -> tuple[list[Tried], dict[str, Result]]:
     plan = load_study(path)
     results = read_planned(folder, plan)
     found = []

@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from cellmech.errors import InputError
-from cellmech.figures.results import CaseResult, StudyResult, read_case
+from cellmech.figures.results import StudyResult
 from cellmech.figures.style import LAWS
 from cellmech.paper.printed import PLACES, PrintedRow, at
+from cellmech.result import Result, load
 from cellmech.scene import Scene
 from cellmech.study_file import load_study
 
@@ -38,7 +39,7 @@ class Slot:
     name: str
     scene: Scene
     axes: tuple[str, ...]
-    case: CaseResult | None
+    case: Result | None
     lack: str = ""
 
     @property
@@ -147,7 +148,7 @@ def _slots(results: Path, studies: Path, stems: Sequence[str]) -> list[Slot]:
     for case in cases:
         folders = [results / stem / case.name for stem in stems]
         there = next((folder for folder in folders if (folder / "result.json").is_file()), None)
-        slot = Slot(case.name, case.scene, (), read_case(there) if there else None, "no result")
+        slot = Slot(case.name, case.scene, (), load(there) if there else None, "no result")
         found.append(replace(slot, case=None, lack="solved with other inputs") if _is_other(slot) else slot)
     if len(stems) > 1:  # laws, or simulations with a name
         return found

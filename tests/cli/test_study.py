@@ -44,6 +44,28 @@ def test_list_prints_one_name_a_line_and_writes_nothing(folder):
     assert sorted(tree(folder)) == ["my.toml"]
 
 
+def test_json_is_all_that_scripts_need_and_all_of_standard_output(fake, my):
+    my("a", "fails")
+    outcome = fake("my.toml", "--json")
+    (study,) = json.loads(outcome.out)["studies"]
+    assert (outcome.status, study["study"], study["title"], study["out"]) == (1, "my", "Mine", "results/my")
+    known = {name: result(name) for name in ("a", "fails")}
+    for record in known.values():
+        del record["content_hash"], record["files"]
+    assert study["cases"] == known
+    assert "fails: failed: " in outcome.err
+    again = fake("my.toml", "--json")
+    assert (json.loads(again.out), fake.solved) == (json.loads(outcome.out), ())
+
+
+def test_json_lists_and_checks(fake, my):
+    my("a", "b")
+    assert json.loads(fake("my.toml", "--json", "--list").out) == {"cases": ["a", "b"]}
+    checked = json.loads(fake("my.toml", "--json", "--check").out)["cases"]
+    assert list(checked) == ["a", "b"]
+    assert checked["a"].keys() == {"model", "cells", "dofs", "memory_MB"}
+
+
 def test_no_study_means_figure_2(folder):
     outcome = program("--list")
     assert outcome.out.split() == ["saint-venant", "neo-hookean", "mooney-rivlin", "yeoh"]

@@ -28,20 +28,37 @@ print("compiled")
 """
 
 
-def start(cache):
+def start(cache, before=""):
     environment = {**os.environ, "XDG_CACHE_HOME": str(cache)}
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    return subprocess.Popen([sys.executable, "-c", COMPILE], env=environment, start_new_session=True, **pipes)
+    return subprocess.Popen([sys.executable, "-c", before + COMPILE], env=environment, start_new_session=True, **pipes)
+
+
+def begun(process, cache):
+    """The C files whose compilation has begun, as soon as there are any."""
+    marks = []
+    while not marks:
+        assert process.poll() is None, process.communicate()[1]
+        marks = list((cache / "cellmech").glob("libffcx_*.c"))
+        time.sleep(0.01)
+    return marks
+
+
+def test_who_waits_for_a_stopped_compilation_says_for_which_process(tmp_path):
+    stopped = start(tmp_path)
+    begun(stopped, tmp_path)
+    os.killpg(stopped.pid, signal.SIGSTOP)
+    waiting = start(tmp_path, "import cellmech.forms as f; f.TELL_S = 0.1\n")
+    said = waiting.stderr.readline()
+    os.killpg(stopped.pid, signal.SIGCONT)
+    assert f"waits for process {stopped.pid}, which compiles" in said
+    assert waiting.communicate(timeout=60)[0] == stopped.communicate(timeout=60)[0] == "compiled\n"
 
 
 def test_killed_compilation_does_not_stop_the_next_run(tmp_path):
     """FFCx's own mark of a compilation, a C file without a `.cached` beside it, makes every later run wait and fail."""
     killed = start(tmp_path)
-    marks = []
-    while not marks:
-        assert killed.poll() is None, killed.communicate()[1]
-        marks = list((tmp_path / "cellmech").glob("libffcx_*.c"))
-        time.sleep(0.01)
+    marks = begun(killed, tmp_path)
     os.killpg(killed.pid, signal.SIGKILL)
     killed.communicate()
     assert not marks[0].with_suffix(".c.cached").exists()  # it was in the middle of it
@@ -57,6 +74,7 @@ def test_who_waits_long_for_the_compiler_is_told_for_what(tmp_path, monkeypatch,
     monkeypatch.setattr(forms, "TELL_S", 0.0)
     (tmp_path / "cellmech").mkdir()
     other = open(tmp_path / "cellmech" / "lock", "w")
+    print(4711, file=other, flush=True)
     fcntl.flock(other, fcntl.LOCK_EX)
     looks = []
 
@@ -69,5 +87,5 @@ def test_who_waits_long_for_the_compiler_is_told_for_what(tmp_path, monkeypatch,
     with forms._compiling(MPI.COMM_SELF):
         pass
     where = tmp_path / "cellmech" / "lock"
-    assert capsys.readouterr().err == f"cellmech: waits for another process that compiles equations and holds {where}\n"
+    assert capsys.readouterr().err == f"cellmech: waits for process 4711, which compiles equations and holds {where}\n"
     assert len(looks) == 3

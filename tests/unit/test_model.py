@@ -3,9 +3,10 @@
 import pytest
 from mpi4py import MPI
 
+from cellmech.layering import mesh_plan
 from cellmech.model import describe_model
 from cellmech.scene_file import read_scene
-from cellmech.setup import Setup, mesh_plan
+from cellmech.setup import Setup
 from cellmech.study_file import Case
 
 FULL = {"shape": "full"}

@@ -20,12 +20,13 @@ from cellmech.figures import render as render
 from cellmech.figures.curves import draw_curves
 from cellmech.figures.geometry_figure import draw_geometry
 from cellmech.figures.number_tables import fig2_table
-from cellmech.figures.results import read_case, read_study
+from cellmech.figures.results import read_study
 from cellmech.figures.shapes import draw_shapes, magnification, read_pose
 from cellmech.figures.style import LAWS as LOOKS
 from cellmech.figures.style import LAYER_COLOURS, SUBSTRATE, printed, save, spread, style
 from cellmech.figures.substrate import band, outline_of, polygons, surface_at
 from cellmech.plots import PAPER_NUMBERS
+from cellmech.result import load
 from cellmech.scene import Scene
 from cellmech.sealed import file_hashes, sealed
 
@@ -160,21 +161,21 @@ class TestResults:
         text = sealed({**result, "files": file_hashes([folder / "history.csv"])})
         (folder / "result.json").write_text(text.replace('"t_s": 1', '"t_s": 2'))
         with pytest.raises(InputError, match=r"result\.json: is damaged"):
-            read_case(folder)
+            load(folder)
         (folder / "result.json").write_text(text)
-        assert read_case(folder).result["files"]
+        assert load(folder).result["files"]
         (folder / "history.csv").write_text("t_s\n1.0\n")
         with pytest.raises(InputError, match=r"saint-venant: history\.csv is damaged"):
-            read_case(folder)
+            load(folder)
 
     def test_null_and_absent_numbers_are_nan_and_a_text_is_refused(self, tmp_path: Path) -> None:
-        case = read_case(write_study(tmp_path, LAWS[:1]) / LAWS[0])
+        case = load(write_study(tmp_path, LAWS[:1]) / LAWS[0])
         assert np.isnan([case.number("share_of_area_percent.J3"), case.number("lamina.J1_max")]).all()
         with pytest.raises(InputError, match="status"):
             case.number("status")
 
     def test_history_reads_empty_fields_as_nan_and_refuses_others(self, tmp_path: Path) -> None:
-        case = read_case(write_study(tmp_path, LAWS[:1]) / LAWS[0])
+        case = load(write_study(tmp_path, LAWS[:1]) / LAWS[0])
         assert np.isnan(case.history("empty")["empty"]).all()
         with pytest.raises(InputError, match="no such column"):
             case.history("t_h")
@@ -183,14 +184,14 @@ class TestResults:
             case.history("t_s")
 
     def test_the_last_field_file_counts(self, tmp_path: Path) -> None:
-        case = read_case(write_study(tmp_path, LAWS[:1]) / LAWS[0])
+        case = load(write_study(tmp_path, LAWS[:1]) / LAWS[0])
         rows = '<DataSet timestep="500.0" file="fields_0000.vtu"/><DataSet timestep="70.0" file="other.vtu"/>'
         (case.folder / "fields.pvd").write_text(f"<VTKFile><Collection>{rows}</Collection></VTKFile>")
         assert case.last_fields() == (500.0, case.folder / "fields_0000.vtu")
 
     @pytest.mark.parametrize("content", ["", "<VTKFile/>", '<V><DataSet timestep="1" file="gone.vtu"/></V>'])
     def test_a_broken_list_of_fields_is_refused(self, tmp_path: Path, content: str) -> None:
-        case = read_case(write_study(tmp_path, LAWS[:1]) / LAWS[0])
+        case = load(write_study(tmp_path, LAWS[:1]) / LAWS[0])
         (case.folder / "fields.pvd").write_text(content)
         with pytest.raises(InputError, match=r"fields\.pvd"):
             case.last_fields()
@@ -265,7 +266,7 @@ def polygons_arch(scene: Scene) -> list[Any]:
 
 class TestShapes:
     def test_a_half_cell_is_completed_by_its_mirror_image(self, tmp_path: Path) -> None:
-        case = read_case(write_study(tmp_path, LAWS[:1]) / LAWS[0])
+        case = load(write_study(tmp_path, LAWS[:1]) / LAWS[0])
         shape = read_pose(case).shape
         x, u = shape.reference.reshape(-1, 2), shape.displacement.reshape(-1, 2)
         assert x[:, 0].min() == pytest.approx(-10.0)
@@ -276,7 +277,7 @@ class TestShapes:
 
     def test_a_full_cell_is_drawn_as_it_is(self, tmp_path: Path) -> None:
         write_case(tmp_path / "yeoh", "yeoh", 0, sag, half=False)
-        shape = read_pose(read_case(tmp_path / "yeoh")).shape
+        shape = read_pose(load(tmp_path / "yeoh")).shape
         assert area(shape.reference) == pytest.approx(100 * np.pi, rel=1e-3)
 
     def test_displacements_are_magnified_about_the_lowest_point(self, tmp_path: Path) -> None:
@@ -284,7 +285,7 @@ class TestShapes:
             return sag(x) + np.array([0.0, -0.3])
 
         write_study(tmp_path, LAWS[:1], sunk)
-        pose = read_pose(read_case(tmp_path / LAWS[0]))
+        pose = read_pose(load(tmp_path / LAWS[0]))
         np.testing.assert_allclose(pose.pivot, [0.0, -0.3], atol=1e-12)
         moved = pose.shape.moved(pose.pivot, 5).reshape(-1, 2)
         top, bottom = moved[np.argmax(moved[:, 1])], moved[np.argmin(moved[:, 1])]
@@ -293,7 +294,7 @@ class TestShapes:
     def test_small_shape_changes_are_magnified_and_visible_ones_are_not(self, tmp_path: Path) -> None:
         for number, (size, factor) in enumerate(((1.0, 5), (0.1, 50), (4.0, 1), (0.0, 1))):
             write_study(tmp_path / str(number), LAWS[:1], lambda x, size=size: size * sag(x))
-            assert magnification([read_pose(read_case(tmp_path / str(number) / LAWS[0]))]) == factor
+            assert magnification([read_pose(load(tmp_path / str(number) / LAWS[0]))]) == factor
 
     def test_no_factor_turns_an_element_over(self, tmp_path: Path) -> None:
         def thinned(x: np.ndarray) -> np.ndarray:
@@ -302,10 +303,10 @@ class TestShapes:
             return -0.15 * np.maximum(r - 9.5, 0.0) * (x - CENTRE) / np.maximum(r, 1.0)
 
         write_study(tmp_path, LAWS[:1], thinned)
-        assert magnification([read_pose(read_case(tmp_path / LAWS[0]))]) == 5
+        assert magnification([read_pose(load(tmp_path / LAWS[0]))]) == 5
 
     def test_the_picture_has_the_layers_colours_in_place(self, tmp_path: Path) -> None:
-        pose = read_pose(read_case(write_study(tmp_path, LAWS[:1], np.zeros_like) / LAWS[0]))
+        pose = read_pose(load(write_study(tmp_path, LAWS[:1], np.zeros_like) / LAWS[0]))
         view = (-13.0, 13.0, -6.0, 20.0)
         image = render.picture(pose.shape.moved(pose.pivot), pose.shape.layer, polygons(Scene(), view), view, 520)
         assert image.shape == (520, 520, 3)
@@ -320,7 +321,7 @@ class TestShapes:
             assert np.all(np.abs(found - [int(colour[i : i + 2], 16) for i in (1, 3, 5)]) <= tolerance), name
 
     def test_a_field_file_of_something_else_is_refused(self, tmp_path: Path) -> None:
-        case = read_case(write_study(tmp_path, LAWS[:1]) / LAWS[0])
+        case = load(write_study(tmp_path, LAWS[:1]) / LAWS[0])
         (case.folder / "fields_0000.vtu").write_text("<VTKFile/>")
         with pytest.raises(InputError, match=r"fields_0000\.vtu"):
             read_pose(case)

@@ -11,9 +11,10 @@ from mpi4py import MPI
 from cellmech.ellipticity import StabilityWatch
 from cellmech.errors import SolveError
 from cellmech.forms import PointValues
+from cellmech.layering import MeshPlan, mesh_plan
 from cellmech.run import Run
 from cellmech.scene_file import read_scene
-from cellmech.setup import MeshPlan, Setup, mesh_plan, obstacles_of, ramp, smeared_weights
+from cellmech.setup import Setup, obstacles_of, ramp, smeared_weights
 from cellmech.study_file import Case
 
 

@@ -434,7 +434,7 @@ def test_value_of_a_case_that_would_fill_the_screen_is_cut(refusal):
         ("pipe.toml", "must be a TOML file, and is a device or pipe"),
         ("plain.toml/x.toml", "cannot be read (Not a directory)"),
         ("x" * 300 + ".toml", "cannot be read (File name too long)"),
-        ("a\0b.toml", "cannot be read (embedded null byte)"),
+        ("a\0b.toml", "cannot be read (null byte in its name)"),
     ],
 )
 def test_path_that_is_no_file_is_refused_as_typed(tmp_path, monkeypatch, path, rule):

@@ -20,11 +20,12 @@ from scipy.optimize import brentq
 from cellmech.contact import Contact, Pillar
 from cellmech.forms import compile_form
 from cellmech.kinematics import deformation_gradient
+from cellmech.layering import MeshPlan
 from cellmech.materials import mixtures
 from cellmech.residual import Body, State, equilibrium
 from cellmech.run import Run, Schedule
 from cellmech.scene_file import read_scene
-from cellmech.setup import MeshPlan, Setup, ramp
+from cellmech.setup import Setup, ramp
 
 CHECKS = 10  # times at which controlled steps are compared, evenly over the whole history
 
@@ -171,7 +172,7 @@ def theirs(make, n):
     ts.getSNES().getKSP().getPC().setFactorSolverType("mumps")
     ts.setFromOptions()
     seen = []
-    ts.setMonitor(lambda ts, k, t, u: seen.append((t, u.array.copy())))
+    ts.setMonitor(lambda ts, k, t, u: seen.append((t, u.getArray(readonly=True).copy())))
     x.array[:] = pushed_in(problem, step / 2)  # it begins with half a step
     ts.solve(x)
     assert ts.getConvergedReason() == PETSc.TS.ConvergedReason.CONVERGED_TIME

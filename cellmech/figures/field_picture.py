@@ -1,0 +1,157 @@
+"""One field of one case on the deformed cell: a picture of its last state, or a film of all that were written."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.tri import Triangulation
+from PIL import Image
+
+from cellmech.errors import InputError
+from cellmech.figures.style import SUBSTRATE
+from cellmech.figures.substrate import polygons
+from cellmech.records import PARTIAL
+from cellmech.result import Result
+
+MARGIN = 0.08  # of the cell's diameter, around it
+FRAME_MS, LAST_MS, FILM_DPI = 120, 1500, 110
+
+
+@dataclass(frozen=True)
+class State:
+    """A field at one time, on flat triangles; a half cell is completed by its mirror image.
+
+    Args:
+        t_s: the time [s].
+        points: deformed corners [µm], shape (n, 2).
+        triangles: their corners, shape (m, 3).
+        values: of the field at the points, shape (n,).
+    """
+
+    t_s: float
+    points: np.ndarray
+    triangles: np.ndarray
+    values: np.ndarray
+
+
+def read_state(result: Result, t_s: float, file: Path, quantity: str, magnify: float) -> State:
+    """Read a field file.
+
+    Raises:
+        InputError: for a field that is not there, or a broken file.
+    """
+    grid = result.fields(file)
+    scalars = [name for name, values in grid.point_data.items() if values.ndim == 1]
+    if quantity not in scalars:
+        raise InputError(str(file), quantity, f"must be one of {', '.join(scalars)}")
+    points, moves = np.asarray(grid.points)[:, :2], np.asarray(grid.point_data["displacement_um"])[:, :2]
+    pivot = moves[np.argmin(points[:, 1])]
+    points, values = points + pivot + magnify * (moves - pivot), np.asarray(grid.point_data[quantity])
+    triangles = _flat(grid)
+    if result.scene.cell.shape == "half":
+        triangles = np.concatenate([triangles, triangles[:, ::-1] + len(points)])
+        points, values = np.concatenate([points, points * [-1.0, 1.0]]), np.concatenate([values, values])
+    return State(t_s, points, triangles, values)
+
+
+def _flat(grid: Any) -> np.ndarray:
+    """Corners of flat triangles, four for an element of six points; shape (n, 3)."""
+    cells = np.concatenate([nodes for _, nodes in sorted(grid.cells_dict.items())])
+    if cells.shape[1] == 3:
+        return cells
+    parts = [cells[:, corners] for corners in ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))]
+    return np.concatenate(parts)
+
+
+def draw_field(result: Result, quantity: str, magnify: float = 1.0, axes: Axes | None = None) -> Figure:
+    """Draw a field of the last field file on the deformed cell, every element with its own values.
+
+    Args:
+        result: the case.
+        quantity: a scalar of the field file, such as "sigma_mises_Pa".
+        magnify: displacements are drawn so many times as large, but for that of the cell's lowest point.
+        axes: where to draw; a figure of its own if None.
+
+    Returns:
+        The figure.
+
+    Raises:
+        InputError: for a field that is not there, or a broken file.
+    """
+    state = read_state(result, *result.last_fields(), quantity, magnify)
+    span = float(state.values.min()), float(state.values.max())
+    return _draw(result, state, quantity, magnify, _view([state]), span, axes)
+
+
+def make_film(result: Result, path: Path, quantity: str, magnify: float = 1.0) -> int:
+    """Write an animated GIF of a field over all field files, of one scale; the number of its pictures is returned.
+
+    Raises:
+        InputError: for a case with one field file only, a field that is not there, a file that is broken or cannot be
+            written.
+    """
+    series = result.series()
+    if len(series) < 2:
+        hint = "Ask for more with output.times_s, such as studies/movie.toml."
+        raise InputError(str(result.folder / "fields.pvd"), "", "must list several times for a film", None, hint)
+    states = [read_state(result, *entry, quantity, magnify) for entry in series]
+    view = _view(states)
+    span = min(float(s.values.min()) for s in states), max(float(s.values.max()) for s in states)
+    pictures = []
+    for state in states:
+        figure = _draw(result, state, quantity, magnify, view, span)
+        figure.set_dpi(FILM_DPI)
+        canvas = FigureCanvasAgg(figure)
+        canvas.draw()
+        pictures.append(Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy()))
+    times = [FRAME_MS] * (len(pictures) - 1) + [LAST_MS]
+    partial = path.with_name(f"{PARTIAL}{os.getpid()}-{path.name}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        pictures[0].save(partial, format="GIF", save_all=True, append_images=pictures[1:], duration=times, loop=0)
+        partial.replace(path)
+    except OSError as error:
+        raise InputError("--out", str(path), f"cannot be written ({error.strerror or error})") from None
+    finally:
+        partial.unlink(missing_ok=True)
+    return len(pictures)
+
+
+def _view(states: list[State]) -> tuple[float, float, float, float]:
+    """x and y limits [µm] that hold the cell in all its states."""
+    low = np.min([state.points.min(axis=0) for state in states], axis=0)
+    high = np.max([state.points.max(axis=0) for state in states], axis=0)
+    margin = MARGIN * float((high - low).max())
+    return float(low[0]) - margin, float(high[0]) + margin, float(low[1]) - margin, float(high[1]) + margin
+
+
+def _draw(
+    result: Result,
+    state: State,
+    quantity: str,
+    magnify: float,
+    view: tuple[float, float, float, float],
+    span: tuple[float, float],
+    axes: Axes | None = None,
+) -> Figure:
+    if axes is None:
+        axes = Figure(figsize=(6.4, 5.2), layout="constrained").add_subplot()
+    figure = axes.get_figure()
+    assert isinstance(figure, Figure)
+    for ground in polygons(result.scene, view):
+        axes.add_collection(PolyCollection(list(ground), facecolor=SUBSTRATE, edgecolor=SUBSTRATE, lw=0.8, zorder=0))
+    triangulation = Triangulation(*state.points.T, state.triangles)
+    image = axes.tripcolor(triangulation, state.values, shading="gouraud", zorder=1, vmin=span[0], vmax=span[1])
+    axes.set(xlim=view[:2], ylim=view[2:], aspect="equal", xlabel="x [µm]", ylabel="y [µm]")
+    times = f", displacements × {magnify:g}" if magnify != 1 else ""
+    axes.set_title(f"{result.scene.title or result.name}, t = {state.t_s:,.0f} s{times}")
+    figure.colorbar(image, ax=axes, label=quantity)
+    return figure

@@ -1,0 +1,162 @@
+"""The package as a library: what `import cellmech` offers, and the examples of the documentation."""
+
+from __future__ import annotations
+
+import gc
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import cellmech
+from cellmech.energies import neo_hookean
+from cellmech.figures.field_picture import make_film
+from cellmech.moduli import lame
+
+ROOT = Path(__file__).resolve().parents[2]
+BLOCKS = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "adding.md").read_text(), flags=re.DOTALL)
+COARSE = {"size_um": 8.0}
+END = {"history": False}
+
+
+@pytest.fixture(scope="module")
+def solved():
+    return cellmech.solve(cellmech.Scene(mesh=COARSE, time=END))
+
+
+@pytest.fixture(scope="module")
+def example():
+    """What the documentation's example number k leaves behind, with a coarse mesh; one k is run once."""
+    found = {}
+
+    def run(k):
+        if k not in found:
+            code, names = BLOCKS[k].replace('time={"history": False}', f"time={END}, mesh={COARSE}"), {}
+            assert str(COARSE) in code and sum(bool(line.strip()) for line in code.splitlines()) < 20, code
+            exec(compile(code, f"docs/adding.md, block {k}", "exec"), names)
+            found[k] = names
+        return found[k]
+
+    return run
+
+
+def test_import_has_no_side_effects_and_brings_nothing_along():
+    code = "import sys, cellmech; print([m for m in ('mpi4py', 'dolfinx', 'numpy', 'matplotlib') if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert (done.stdout, done.stderr) == ("[]\n", "")
+
+
+def test_every_name_of_the_package_is_there():
+    assert set(cellmech.__all__) <= set(dir(cellmech))
+    assert all(getattr(cellmech, name) is not None for name in cellmech.__all__)
+    with pytest.raises(AttributeError, match="no attribute 'solver'"):
+        _ = cellmech.solver
+
+
+def test_folder_of_its_own_lives_as_long_as_the_result():
+    result = cellmech.solve(cellmech.Scene(mesh=COARSE, time=END))
+    folder = result.folder
+    assert (folder / "fields.pvd").is_file()
+    del result
+    gc.collect()
+    assert not folder.exists()
+
+
+def test_solved_scene_is_read_and_not_solved_again(tmp_path, solved):
+    (tmp_path / "my.toml").write_text("[mesh]\nsize_um = 8.0\n[time]\nhistory = false\n")
+    steps = []
+    first = cellmech.solve(tmp_path / "my.toml", tmp_path / "my", progress=steps.append)
+    again = cellmech.solve(first.scene, tmp_path / "my", progress=steps.append)
+    assert len(steps) == 1
+    assert again.result == first.result == cellmech.load(tmp_path / "my").result
+    assert first.number("lamina.J1_max") == solved.number("lamina.J1_max")
+
+
+def test_case_without_solution_raises_or_says_why(tmp_path):
+    slides = cellmech.Scene(mesh=COARSE, cell={"shape": "full", "centre_x_um": 3.0}, flat=False)
+    with pytest.raises(cellmech.SolveError, match="slides: no equilibrium"):
+        cellmech.solve(slides)
+    assert "slides: no equilibrium" in cellmech.solve(slides, tmp_path / "slides", check=False).failure
+
+
+def test_study_with_cases_is_no_scene(tmp_path):
+    (tmp_path / "my.toml").write_text('[sweep]\n"load.factor" = [1, 2]\n')
+    with pytest.raises(cellmech.InputError, match=r"my\.toml: sweep: must not stand in a scene"):
+        cellmech.solve(tmp_path / "my.toml")
+
+
+def test_plot_shows_the_field_and_names_those_that_there_are(solved):
+    figure = solved.plot("J1", magnify=10)
+    drawn = figure.axes[0].collections[-1].get_array()
+    assert np.nanmax(drawn) == pytest.approx(max(solved.number(f"{r}.J1_max") for r in ("cell", "nucleus")), rel=1e-6)
+    with pytest.raises(cellmech.InputError, match=r"J9: must be one of sigma_mises_Pa"):
+        solved.plot("J9")
+
+
+def test_film_has_a_picture_for_each_time_on_one_scale(tmp_path, solved):
+    scene = cellmech.Scene(mesh=COARSE, time={"history": False, "end_s": 10000}, output={"times_s": [4000, 7000]})
+    result = cellmech.solve(scene)
+    assert [t for t, _ in result.series()] == [4000, 7000, 10000]
+    film = tmp_path / "films" / "j1.gif"
+    assert make_film(result, film, "J1", magnify=10) == 3
+    with Image.open(film) as pictures:
+        assert pictures.n_frames == 3
+        shown = []
+        for k in range(3):
+            pictures.seek(k)
+            shown.append(np.asarray(pictures.convert("RGB"), dtype=float))
+    scale = slice(int(0.84 * shown[0].shape[1]), None)  # the colour bar stays, the cell moves
+    assert np.abs(shown[0] - shown[2])[:, scale].mean() < 1.0 < np.abs(shown[0] - shown[2]).mean()
+    assert not list(film.parent.glob(".partial*"))
+
+
+def test_film_needs_several_times(tmp_path, solved):
+    with pytest.raises(cellmech.InputError, match=r"fields\.pvd: must list several times for a film"):
+        make_film(solved, tmp_path / "j1.gif", "J1")
+
+
+def test_notebook_shows_a_table_of_the_regions(solved):
+    shown = solved._repr_html_()
+    assert f"{solved.number('lamina.sigma_mises_max_Pa'):.6g}" in shown
+    assert shown.count("<tr>") == 7
+
+
+def test_law_of_ones_own_stiffens_and_reduces_to_the_built_in(example, solved):
+    names = example(0)
+    lmbda, mu = lame(1000.0, 0.45)
+    constants = {"lmbda": lmbda, "mu": mu}
+    same = {
+        "neo-Hookean": cellmech.Material(neo_hookean, constants, 0.5),
+        "Gent without limit": cellmech.Material(names["gent"], {**constants, "limit": 1e9}, 0.5),
+    }
+    for name, material in same.items():
+        result = cellmech.solve(
+            cellmech.Scene(mesh=COARSE, time=END), additions=cellmech.Additions(materials={"lamina": material})
+        )
+        ours, known = (r.number("lamina.J1_max") - 2 for r in (result, solved))
+        assert ours == pytest.approx(known, rel=1e-6), name
+    stiff = names["stiffening"]
+    assert 0 < stiff.number("lamina.J1_max") - 2 < 0.99 * (solved.number("lamina.J1_max") - 2)
+    assert "material of lamina" in stiff.result["model"]["modelled"]["gent (not the scene's)"]
+
+
+def test_obstacle_of_ones_own_bears_what_leans_on_it(example):
+    names = example(1)
+    free = cellmech.solve(names["scene"])
+    held = names["channel"]
+    widths = [r.fields().points[:, 0] + r.fields().point_data["displacement_um"][:, 0] for r in (free, held)]
+
+    assert widths[0].max() > 10.1
+    assert widths[1].max() < 10.02
+    assert "contact" in held.result["model"]["modelled"]["walls"]
+
+
+def test_number_of_ones_own_stands_in_result_and_history(example):
+    sinking = example(2)["sinking"]
+    sunk = sinking.number("own.sunk_um")
+    assert sunk == pytest.approx(-sinking.fields().point_data["displacement_um"][:, 1].min(), rel=1e-6)
+    assert sinking.history("own.sunk_um")["own.sunk_um"].tolist() == [sunk]
