@@ -15,6 +15,8 @@ from typing import Any, get_args
 from pydantic import GetCoreSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
+TINIEST = 1e-30  # in any unit: quotients of inputs stay inside a double's range
+
 
 def broken(rule: str, hint: str = "", **context: object) -> PydanticCustomError:
     """The error of a value that breaks `rule`, to be raised inside a pydantic validator."""
@@ -61,6 +63,8 @@ class Number:
             raise broken(self.rule) from None
         if not (math.isfinite(number) and self.above < number and self.least <= number <= self.most):
             raise broken(self.rule)
+        if 0.0 < abs(number) < TINIEST:
+            raise broken(f"{self.rule}, and not nearer to 0 than {TINIEST:g}")
         return number
 
     def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:

@@ -31,10 +31,11 @@ from hypothesis import HealthCheck, Phase, given, seed, settings
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
-from hostile import Attempt, attempts, scenes, wrong, wrong_solve  # noqa: E402
+from hostile import Attempt, attempts, wrong  # noqa: E402
+from odd_scenes import scenes, wrong_solve  # noqa: E402
 
 MEMORY = 6 * 2**30  # bytes of address space of a worker: --check of the largest mesh allowed takes 4
-CHECK_S, SOLVE_S, GRACE_S = 60.0, 120.0, 20.0
+CHECK_S, SOLVE_S, GRACE_S = 60.0, 60.0, 20.0
 WORKER = [sys.executable, str(ROOT / "tools" / "fuzz_worker.py"), str(MEMORY)]
 STUDY = [sys.executable, "-m", "cellmech.study"]
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT)}
@@ -110,7 +111,7 @@ class Campaign:
         self.out, self.worker, self.base = out, Worker(), Path(tempfile.mkdtemp(prefix="cellmech-fuzz-"))
         self.counts: dict[str, Counter[str]] = {}
         self.wrong: list[dict[str, Any]] = []
-        self.slowest: dict[str, float] = {}
+        self.slowest: dict[str, tuple[float, tuple[str, ...]]] = {}
         shutil.rmtree(out / "wrong", ignore_errors=True)
         (out / "wrong").mkdir(parents=True)
 
@@ -125,6 +126,10 @@ class Campaign:
         counts[what] += 1
         if table in ("check", "solve") and counts.total() % (500 if table == "check" else 50) == 0:
             print(f"{table}: {counts.total()} done", flush=True)
+
+    def time(self, table: str, seconds: float, attempt: Attempt) -> None:
+        """Remember the slowest."""
+        self.slowest[table] = max(self.slowest.get(table, (0.0, ())), (seconds, attempt.changes))
 
     def folder(self, attempt: Attempt) -> Path:
         """A fresh folder with the file and what an earlier run may have left, in one that must not change either."""
@@ -146,7 +151,7 @@ class Campaign:
         before, begun = listing(folder.parent), time.monotonic()
         arguments = [attempt.name, "--check", *attempt.arguments]
         answer = ask(arguments, folder)
-        self.slowest[table] = max(self.slowest.get(table, 0.0), time.monotonic() - begun)
+        self.time(table, time.monotonic() - begun, attempt)
         fault = "no end" if answer.get("stopped") else wrong(answer["status"], answer["out"], answer["err"], attempt)
         if not fault and listing(folder.parent) != before:
             fault = "a file was written, changed or removed"
@@ -165,7 +170,7 @@ class Campaign:
         before = listing(folder.parent)
         arguments = [attempt.name, "--out", "out", "--quiet"]
         answer = self.worker.ask(folder, arguments, SOLVE_S)
-        self.slowest["solve"] = max(self.slowest.get("solve", 0.0), time.monotonic() - begun)
+        self.time("solve", time.monotonic() - begun, attempt)
         fault, outcome = wrong_solve(answer, folder / "out" / "my")
         after = {path: found for path, found in listing(folder.parent).items() if not path.startswith(f"{folder}/out")}
         after[str(folder)] = before[str(folder)]  # it holds the new folder
@@ -189,8 +194,9 @@ class Campaign:
         """Counts as Markdown; as JSON beside it."""
         lines = ["# Hostile input\n"]
         for table, counts in self.counts.items():
-            slowest = f" (slowest {self.slowest[table]:.1f} s)" if table in self.slowest else ""
-            lines += [f"\n## {table}: {sum(counts.values())}{slowest}\n", "| outcome | files |", "|---|---|"]
+            seconds, changes = self.slowest.get(table, (0.0, ()))
+            slowest = f" (slowest {seconds:.1f} s: {', '.join(changes)})" if seconds else ""
+            lines += [f"\n## {table}: {counts.total()}{slowest}\n", "| outcome | files |", "|---|---|"]
             lines += [f"| {what} | {count} |" for what, count in counts.most_common()]
         text = "\n".join(lines) + "\n"
         (self.out / "fuzz.md").write_text(text, encoding="utf-8", errors="backslashreplace")

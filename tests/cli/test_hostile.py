@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 from cli.programs import Outcome, tree
-from hostile import attempts, wrong, wrong_solve
+from hostile import attempts, wrong
 from hypothesis import HealthCheck, Phase, given, seed, settings
+from odd_scenes import wrong_solve
 
 from cellmech import study_file
 from cellmech.errors import MeshError

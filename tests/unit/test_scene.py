@@ -218,6 +218,15 @@ def test_bad_value_is_refused_with_file_key_rule_and_value(text, key, rule, got)
     assert f"; got {got}" in str(error)
 
 
+@pytest.mark.parametrize("value", ["5e-324", "9e-31"])
+@pytest.mark.parametrize("key", ["layer.cytosol.young_Pa", "cell.poisson", "cell.gap_um", "load.factor"])
+def test_numbers_that_would_overflow_a_quotient_are_refused(key, value):
+    error = refusal(f"{key} = {value}")
+    assert error.key == key
+    assert "not nearer to 0 than 1e-30" in error.rule
+    assert f"got {value}" in str(error)
+
+
 @pytest.mark.parametrize("value", ["nan", "inf", "-inf"])
 @pytest.mark.parametrize(
     "key",
