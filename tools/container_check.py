@@ -26,8 +26,8 @@ from engines import IMAGE, ROOT, Engine, engine_at_hand
 from PIL import Image
 
 UID, GID = 43210, 54321  # in no /etc/passwd
-# The same Gmsh script becomes another mesh on another Debian, of equally many triangles: a few numbers differ as between
-# two such meshes, most, integrals above all, far less. What describes the mesh itself is not compared.
+# The same Gmsh script becomes another mesh on another Debian, of equally many triangles: a few numbers differ like
+# those of two such meshes, most, integrals above all, far less. What describes the mesh itself is not compared.
 TOLERANCE, TOLERANCE_OF_HALF, OF_THE_MESH = 1e-3, 1e-8, "mesh_quality."
 FIGURE_2 = "mpirun -n 2 python -m cellmech.study studies/fig2.toml --out /results/fig2"
 # Runs the steps as the foreign user; says how many forms had to be compiled, and what is left in shared memory.
