@@ -44,13 +44,13 @@ unexport PYTHONPATH PYTHONHOME PETSC_DIR PETSC_ARCH SLEPC_DIR
 .NOTPARALLEL:
 .PHONY: help setup study test paper paper-runs taken-over figures-smoke compare report audit calibrate calibrated
 .PHONY: fig1 fig2 fig3 fig4 fig5 fig6 fig7 table1 table2 table3 table-fig2 lint check movie speed speed-error clean
-.PHONY: verify accuracy defaults second-code mutants fuzz needs locking hard-cases
+.PHONY: verify accuracy defaults second-code mutants fuzz needs locking hard-cases container-check
 MAKEFLAGS += --no-print-directory
 # A case that failed fails its study, and the figures that show the others and say so. So where goals follow each other
 # here, --keep-going tries them all, and then make fails.
 
 help: ## list the targets
-	@awk -F ':.*## ' '/^[a-z0-9 -]+:.*## / { printf "  make %-14s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z0-9 -]+:.*## / { printf "  make %-15s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 setup: ## install what is missing: Debian packages, then .venv
 	@$(SETUP)
@@ -164,6 +164,9 @@ fuzz: setup ## 10,000 hostile files through --check, 300 odd scenes solved: coun
 
 needs: setup ## what each optional part costs and changes where it does nothing
 	$(PYTHON) benchmarks/needs.py --out $(RESULTS)/needs $(ARGS)
+
+container-check: setup ## build the container image and check it, also without Docker (buildah, as root); ARGS="--tests all"
+	$(PYTHON) tools/container_check.py --work $(RESULTS)/container $(ARGS)
 
 locking: setup ## P2 alone beside the mixed form as nu -> 0.5, into results/locking
 	$(PYTHON) benchmarks/locking.py --out $(RESULTS)/locking $(ARGS)

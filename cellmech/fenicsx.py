@@ -13,6 +13,8 @@ from dolfinx import fem
 from dolfinx import mesh as dmesh
 from mpi4py import MPI
 from petsc4py import PETSc
+from ufl.corealg.map_dag import map_expr_dag
+from ufl.corealg.multifunction import MultiFunction
 
 from cellmech import p2_bubble, shared_memory
 
@@ -91,7 +93,21 @@ def compiled_form(form: Any, jit: dict[str, Any]) -> Any:
 
 def compiled_expression(expression: Any, points: np.ndarray, jit: dict[str, Any]) -> Any:
     """A UFL expression compiled for evaluation at reference points, shape (n, 2)."""
-    return fem.Expression(expression, points, **{"jit_params" if OLD else "jit_options": jit})
+    if OLD:
+        return fem.Expression(expression, points, jit_params=jit)
+    # To FFCx 0.9 an expression is another one for each new number of a `ufl.variable`: differentiated, it needs none.
+    plain = map_expr_dag(_WithoutVariables(), ufl.algorithms.expand_derivatives(expression))
+    return fem.Expression(plain, points, jit_options=jit)
+
+
+class _WithoutVariables(MultiFunction):
+    """Puts what a `ufl.variable` stands for in its place."""
+
+    expr = MultiFunction.reuse_if_untouched
+
+    def variable(self, o: Any, operand: Any, label: Any) -> Any:
+        """The operand."""
+        return operand
 
 
 def mesh_of(expression: Any) -> Any:

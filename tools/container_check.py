@@ -26,9 +26,9 @@ from engines import IMAGE, ROOT, Engine, engine_at_hand
 from PIL import Image
 
 UID, GID = 43210, 54321  # in no /etc/passwd
-# Debian 12 and 13 have different Gmsh, whose meshes have the same number of triangles but differ inside the layers. So
-# numbers may differ as they do between two meshes; what describes the mesh itself is not compared.
-TOLERANCE, OF_THE_MESH = 1e-3, "mesh_quality."
+# The same Gmsh script becomes another mesh on another Debian, of equally many triangles: a few numbers differ like
+# those of two such meshes, most, integrals above all, far less. What describes the mesh itself is not compared.
+TOLERANCE, TOLERANCE_OF_HALF, OF_THE_MESH = 1e-3, 1e-8, "mesh_quality."
 FIGURE_2 = "mpirun -n 2 python -m cellmech.study studies/fig2.toml --out /results/fig2"
 # Runs the steps as the foreign user; says how many forms had to be compiled, and what is left in shared memory.
 AS_ANYBODY = f"""
@@ -107,8 +107,10 @@ def check_numbers(checks: Checks, inside: Path, outside: Path) -> None:
     for difference, what in differences[:5]:
         print(f"   {difference:.1e} {what}")
     close = sum(d < 1e-5 for d, _ in differences)
-    print(f"   {close} of {len(differences)} within 1e-5; half within {middle:.1e} ({_digits(middle)} digits)")
-    claim = f"all agree with those outside to {worst:.1e} ({_digits(worst)} digits; at most {TOLERANCE:g} allowed)"
+    print(f"   {close} of {len(differences)} within 1e-5")
+    claim = f"half agree with those outside to {middle:.1e} ({_digits(middle)} digits; {TOLERANCE_OF_HALF:g} allowed)"
+    checks.expect(middle <= TOLERANCE_OF_HALF, claim)
+    claim = f"all agree with those outside to {worst:.1e} ({_digits(worst)} digits; {TOLERANCE:g} allowed)"
     checks.expect(len(differences) > 800 and worst <= TOLERANCE, claim)
 
 
