@@ -40,7 +40,7 @@ COPY studies studies
 COPY cellmech cellmech
 RUN python -m cellmech.study --out /tmp/warm --set mesh.size_um=6 time.rtol=1e-2 \
     && python -m cellmech.plots fig3 --results /tmp/warm --out /tmp/warm \
-    && rm -rf /tmp/* && chmod -R a+rwX .cache
+    && rm -rf /tmp/* /tmp/.[!.]* && chmod -R a+rwX .cache
 
 COPY . .
 CMD ["python", "-m", "cellmech.study"]

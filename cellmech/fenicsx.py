@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 import basix
@@ -15,8 +16,17 @@ from petsc4py import PETSc
 
 from cellmech import p2_bubble, shared_memory
 
-shared_memory.release()  # whoever solves comes through here
 OLD = tuple(int(part) for part in dolfinx.__version__.split(".")[:2]) < (0, 9)
+
+if MPI.COMM_WORLD.size == 1:  # whoever solves comes through here, but with several ranks perhaps not all at once
+    shared_memory.release(MPI.COMM_WORLD)
+
+# UFL orders factors that are constants by the text of their numbers, in which "9" comes after "10": whether a form is
+# known or compiled anew would depend on how many constants there were before. From here on all have ten digits.
+if OLD:
+    ufl.Constant._globalcount = 10**9
+else:
+    ufl.Constant._counter = itertools.count(10**9)
 
 
 def model_to_mesh(model: Any, comm: MPI.Comm, gdim: int = 2) -> tuple[Any, Any, Any]:

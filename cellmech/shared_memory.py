@@ -1,4 +1,4 @@
-"""Open MPI 5 (Debian 13) leaves 16 MB in /dev/shm for each process that ran without mpirun; here they go."""
+"""Open MPI 5 (Debian 13) leaves 16 MB in /dev/shm for each process that ran without mpirun or was killed: not here."""
 
 from __future__ import annotations
 
@@ -11,14 +11,17 @@ from mpi4py import MPI
 SEGMENT = "/dev/shm/sm_segment."
 
 
-def release() -> None:
-    """Take away the name of what this process alone has mapped: the memory then ends with it, however it ends.
+def release(world: MPI.Intracomm) -> None:
+    """Take away the names of the memory that ranks share: it then ends with them, however they end. Collective.
 
-    Under mpirun others map it too, and mpirun removes it.
+    Nobody needs the names once every rank of a machine has mapped what the others share, which Open MPI does when it
+    starts; where it does not, they stay.
     """
-    if MPI.COMM_WORLD.size > 1:
-        return
     lines = Path("/proc/self/maps").read_text().splitlines()
-    for path in {line[line.index(SEGMENT) :] for line in lines if SEGMENT in line}:
-        with suppress(FileNotFoundError):  # released before: the kernel appends " (deleted)"
-            os.unlink(path)
+    mapped = {line[line.index(SEGMENT) :] for line in lines if SEGMENT in line}
+    here = world.Split_type(MPI.COMM_TYPE_SHARED)
+    if here.allreduce(len(mapped) == here.size, MPI.LAND):
+        for path in mapped:
+            with suppress(FileNotFoundError):  # another rank was first
+                os.unlink(path)
+    here.Free()

@@ -188,7 +188,7 @@ def main(arguments: Sequence[str] | None = None, load: Callable[[], Any] = load_
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # a name this terminal cannot show must not stop a study
     world, status = MPI.COMM_WORLD, 1
-    shared_memory.release()
+    shared_memory.release(world)
     try:
         with Interrupts() as interrupts:
             status = run(arguments, world, interrupts, load)

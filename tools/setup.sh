@@ -85,7 +85,7 @@ install_python() {
     $venv/bin/python -m pip install --quiet --no-input --disable-pip-version-check \
         --constraint $venv/debian-versions.txt --editable ".$extras" ||
         die "pip failed; its message is above. It needs to reach PyPI (or the mirror that pip is configured for)."
-    $venv/bin/python -c 'import dolfinx, gmsh, petsc4py, pydantic, pyvista' ||
+    OMPI_MCA_btl=self $venv/bin/python -c 'import dolfinx, gmsh, petsc4py, pydantic, pyvista' ||
         die "the installed packages do not work together; Python's message is above."
     wanted_stamp >$stamp
     say "done"

@@ -115,10 +115,12 @@ def _calibrate(options: argparse.Namespace) -> list[str]:
 
     from mpi4py import MPI
 
+    from cellmech import shared_memory
     from cellmech.paper import calibrated
     from cellmech.paper.calibration import end_state, fit_all
 
     world = MPI.COMM_WORLD
+    shared_memory.release(world)
     solve, paper = partial(end_state, overrides=options.set), read_paper(options.paper)
     try:
         fits = fit_all(paper, solve, world, _say)

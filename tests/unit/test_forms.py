@@ -1,4 +1,4 @@
-"""The compiler's cache survives a kill, and a process that keeps it locked is named."""
+"""The compiler's cache survives a kill, holds each form once, and a process that keeps it locked is named."""
 
 import fcntl
 import os
@@ -25,6 +25,20 @@ V = u.function_space
 K = ufl.derivative(ufl.derivative(energy, u, ufl.TestFunction(V)), u, ufl.TrialFunction(V))
 compile_form(K, MPI.COMM_SELF)
 print("compiled")
+"""
+
+ALIKE = """
+from cellmech import fenicsx
+from dolfinx import fem, mesh
+from mpi4py import MPI
+import ufl
+
+square = mesh.create_unit_square(MPI.COMM_SELF, 2, 2)
+fem.Constant(square, 0.0)  # one more: then 9 and 10 are a pair
+def form():
+    a, b = fem.Constant(square, 1.0), fem.Constant(square, 2.0)
+    return a * b * ufl.dx(metadata={"quadrature_degree": 2})
+print(len({form().signature() for _ in range(60)}))
 """
 
 
@@ -89,3 +103,15 @@ def test_who_waits_long_for_the_compiler_is_told_for_what(tmp_path, monkeypatch,
     where = tmp_path / "cellmech" / "lock"
     assert capsys.readouterr().err == f"cellmech: waits for process 4711, which compiles equations and holds {where}\n"
     assert len(looks) == 3
+
+
+def test_form_is_the_same_however_many_constants_were_made_before():
+    """In a process of its own, whose numbers begin anew: 60 pairs pass 9 and 99, where UFL changes the order."""
+    out = subprocess.run([sys.executable, "-c", ALIKE], capture_output=True, text=True, check=True).stdout
+    assert out == "1\n"
+    assert _without_our_numbers() != "1\n"
+
+
+def _without_our_numbers():
+    code = ALIKE.replace("from cellmech import fenicsx\n", "")
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
