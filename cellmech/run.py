@@ -226,6 +226,8 @@ class Run:
             if far > 1.0:
                 return np.zeros_like(self.u)
         near = self.body.contact.threshold_um if self.body.contact else 0.0  # a volume force acts before touch
+        if imbalance(near) < 0:
+            return np.zeros_like(self.u)  # there already: a width of the contact larger than the body
         distance = brentq(imbalance, near, far, xtol=1e-15, rtol=1e-10)
         return np.tile(distance * direction, len(self.u) // 2)
 

@@ -43,13 +43,17 @@ def breaches(scene: Scene) -> Iterator[Breach]:
 def _radii(scene: Scene) -> Iterator[Breach]:
     names = LAYER_NAMES[::-1]
     radii = [scene.layer_of(name).outer_radius_um for name in names]
+    least = THINNEST_LAYER * radii[-1]
+    if radii[0] < least:  # Gmsh ends the process over what is no larger than rounding
+        rule = f"must be >= {least:g} µm, {THINNEST_LAYER:g} of the cell's radius"
+        yield Breach(f"layer.{names[0]}.outer_radius_um", rule, radii[0])
     for inner, outer, r_inner, r_outer in zip(names[:-1], names[1:], radii[:-1], radii[1:], strict=True):
         if r_inner >= r_outer:
             rule = f"must be less than layer.{outer}.outer_radius_um = {r_outer:g} µm"
             hint = f"Radii grow from the inside out: {' < '.join(names)}."
             yield Breach(f"layer.{inner}.outer_radius_um", rule, r_inner, hint)
-        if r_outer - r_inner < THINNEST_LAYER * radii[-1]:
-            rule = f"must leave layer.{outer} a thickness of {THINNEST_LAYER * radii[-1]:g} µm or more"
+        if r_outer - r_inner < least:
+            rule = f"must leave layer.{outer} a thickness of {least:g} µm or more"
             hint = f"Its outer radius is {r_outer!r} µm."
             yield Breach(f"layer.{inner}.outer_radius_um", rule, r_inner, hint)
 

@@ -82,6 +82,20 @@ def test_program_that_is_wrong_does_not_pass(folder, capsys, monkeypatch, kind):
         assert answers(capsys, 30)[0]
 
 
+FELL_OVER = {
+    "a contact thicker than the cell": {"contact.form": "volume-printed", "contact.volume_width_um": 50.0},
+}
+
+
+@pytest.mark.parametrize("kind", FELL_OVER)
+def test_scene_that_once_fell_over_is_solved_or_says_why_not(folder, capsys, kind):
+    Path("my.toml").write_text("[mesh]\nsize_um = 5.0\n[time]\nrtol = 0.02\n")
+    sets = [f"{key}={value}" for key, value in FELL_OVER[kind].items()]
+    status = main(["my.toml", "--out", "out", "--quiet", "--set", *sets])
+    out, err = capsys.readouterr()
+    assert wrong_solve({"status": status, "out": out, "err": err}, Path("out/my"))[0] == ""
+
+
 GOOD = {"status": "solved", "reason": "", "steps": 3}
 FAILED = {"status": "failed", "reason": "slides: no equilibrium", "steps": 3}
 BUG = {**FAILED, "reason": "internal error: X"}

@@ -2,7 +2,6 @@
 
 import csv
 import fcntl
-import json
 import subprocess
 import sys
 from pathlib import Path
@@ -14,6 +13,7 @@ from cli.programs import ENVIRONMENT, FAKE, ROOT, cases, end, start, tree
 from cellmech.archive import LOCK, merge_tables
 from cellmech.command import understand
 from cellmech.errors import InputError
+from cellmech.sealed import sealed
 from cellmech.study_file import load_study
 
 NAMES = ("a", "b", "fails", "c", "d")
@@ -90,7 +90,7 @@ def test_tables_hold_what_others_have_solved_until_their_lock_is_ours(folder):
         merging.start()
         merging.join(0.3)
         assert merging.is_alive() and not Path("summary.csv").exists()
-        Path("b/result.json").write_text(json.dumps({"status": "solved", "reason": "", "input_hash": "l"}))
+        Path("b/result.json").write_text(sealed({"status": "solved", "reason": "", "input_hash": "l"}))
     merging.join()
     assert rows("summary.csv") == ["a", "b"]
 
