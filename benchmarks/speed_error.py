@@ -87,8 +87,8 @@ CONTENDERS = (
     Contender("tangent", "new at every iteration", before=FULL_NEWTON),
     Contender("ranks", "2 on one case", ranks=2),
     *(Contender("end state", f"{h} um", (*END, f"mesh.size_um={h}")) for h in (4.8, 2.4, 1.2)),
-    *(Contender("plain", f"{h} um", script=("plain.py", f"{h}", "{}")) for h in (0.95, 0.47, 0.33)),
-    *(Contender("plain, careful", f"{h} um", script=("plain.py", f"{h}", CAREFUL)) for h in (0.95, 0.47, 0.2)),
+    *(Contender("plain", f"{h} um", script=("plain.py", f"{h}", "{}")) for h in (0.95, 0.47, 0.33, 0.16)),
+    *(Contender("plain, careful", f"{h} um", script=("plain.py", f"{h}", CAREFUL)) for h in (0.95, 0.47, 0.2, 0.16)),
     *(Contender("NGSolve", f"{h} um", script=("ngsolve_history.py", f"{h}")) for h in NGSOLVE),
 )
 
