@@ -17,3 +17,4 @@ autodoc_typehints_description_target = "documented"
 
 html_theme = "furo"
 html_title = f"cellmech {version}"
+html_static_path, html_css_files = ["_static"], ["tables.css"]
