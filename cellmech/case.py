@@ -118,7 +118,9 @@ def solve_case(
         run.run(on_step, on_checkpoint)
     except SolveError as error:
         stability = watch.look() if run is not None and run.totals.newton_iterations else None
-        status, reason = "failed", str(error) + _last_good_state(run, scalars, stability)
+        status, reason = "failed", str(error)
+        if str(stability) not in reason:  # else it is what stopped the case
+            reason += _last_good_state(run, scalars, stability)
         folder.log(f"failed: {reason}")
     if scalars and run is not None:
         write_fields(folder, observer, run.t, series)

@@ -97,7 +97,7 @@ LAWS: dict[str, Law] = {
 }
 
 
-def energy_and_stress(law: Law, E, **constants):
+def energy_and_stress(law: Law, E, /, **constants):
     """W [Pa] and S = dW/dE [Pa], the second Piola-Kirchhoff stress of the solid phase.
 
     Args:
@@ -110,7 +110,7 @@ def energy_and_stress(law: Law, E, **constants):
     return W, ufl.diff(W, variable)
 
 
-def mixed_energy_and_stress(law: Law, E, p, *, lmbda, **constants):
+def mixed_energy_and_stress(law: Law, E, p, /, *, lmbda, **constants):
     """W(lmbda = 0) + p g - p^2/(2 lmbda) [Pa], whose maximum over p is W, and S = dW/dE at fixed p [Pa].
 
     Args:

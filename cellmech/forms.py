@@ -39,16 +39,20 @@ def _compiling(comm: MPI.Comm) -> Iterator[dict[str, Any]]:
     """The options to compile with, while no other process compiles into the same place."""
     directory = cache_directory()
     options = {"cache_dir": str(directory), "cffi_extra_compile_args": COMPILER_ARGUMENTS, "timeout": 600}
-    if comm.rank != 0:
-        yield options
-        return
     with ExitStack() as stack:
+        fault, lock = "", None
         try:
-            directory.mkdir(parents=True, exist_ok=True)
-            lock = stack.enter_context(open(os.open(directory / "lock", os.O_RDWR | os.O_CREAT), "r+"))
+            if comm.rank == 0:
+                directory.mkdir(parents=True, exist_ok=True)
+                lock = stack.enter_context(open(os.open(directory / "lock", os.O_RDWR | os.O_CREAT), "r+"))
         except OSError as error:
-            rule = f"compiled equations cannot be kept there ({error.strerror})"
-            raise CellmechError(f"{directory}: {rule}. Name another place with XDG_CACHE_HOME.") from None
+            fault = str(error.strerror)
+        if fault := comm.bcast(fault) if comm.size > 1 else fault:
+            rule = f"compiled equations cannot be kept there ({fault})"
+            raise CellmechError(f"{directory}: {rule}. Name another place with XDG_CACHE_HOME.")
+        if lock is None:
+            yield options
+            return
         _take(lock, directory / "lock")
         if _looked_at.get(directory) != directory.stat().st_mtime_ns:
             for source in directory.glob("libffcx_*.c"):

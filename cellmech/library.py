@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
+import atexit
 import os
 import shutil
 import tempfile
 import weakref
-from collections.abc import Callable
-from contextlib import nullcontext
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from mpi4py import MPI
 
 from cellmech.additions import Additions
 from cellmech.archive import alone_in, finished, forget, input_key, signed, source_hash
-from cellmech.case import Progress, mesh_plan, solve_case
+from cellmech.case import Progress, solve_case
 from cellmech.errors import InputError, SolveError
-from cellmech.records import CaseFolder
+from cellmech.layering import mesh_plan
+from cellmech.post import agreed
+from cellmech.records import CHECKPOINT, LOG, RESULT, CaseFolder
 from cellmech.result import Result, load
 from cellmech.scene import Scene
 from cellmech.scene_file import read_scene
@@ -25,7 +30,7 @@ from cellmech.toml_file import read_toml
 
 
 def solve(
-    scene: Scene | str | os.PathLike[str],
+    scene: Scene | Mapping[str, Any] | str | os.PathLike[str],
     folder: str | os.PathLike[str] | None = None,
     *,
     additions: Additions | None = None,
@@ -37,50 +42,71 @@ def solve(
     """Solve one scene. Collective on comm.
 
     Args:
-        scene: the scene, or a scene file (a study with several cases is for `python -m cellmech.study`).
-        folder: of its files; a folder of its own that lives as long as the result if None. What is solved there
-            already, of the same scene by the same program and without additions, is read; a run in the middle goes on.
+        scene: the scene, its tables as a dict, or a scene file (a study with several cases is for
+            `python -m cellmech.study`).
+        folder: of its files, new, empty or of an earlier run; one that lives as long as the result if None, on several
+            ranks as long as the process. What is solved there already, of the same scene by the same program and
+            without additions, is read; a run in the middle goes on.
         additions: laws, obstacles and observables that a scene cannot say.
         comm: the ranks that share the case.
         check: whether a case that fails raises; else its result says why (`Result.failure`).
         fresh: solve anew whatever is there.
-        progress: told of every accepted step.
+        progress: told of every accepted step, on every rank.
 
     Returns:
         The result, as `load` reads it, on every rank.
 
     Raises:
-        InputError: for a scene file that breaks a rule.
+        InputError: for a scene, an addition or a folder that breaks a rule.
         SolveError: there is no solution, with the physical reason; what was computed is in the folder if one was given.
         OSError: the disk refuses.
     """
-    asked = scene if isinstance(scene, Scene) else _read(os.fspath(scene))
-    kept = None if folder is None else Path(folder)
-    mine = tempfile.mkdtemp(prefix="cellmech-") if kept is None and comm.rank == 0 else None
-    path = Path(comm.bcast(mine)) / "case" if kept is None else kept
+    asked = scene if isinstance(scene, Scene) else _read(scene)
+    own = folder is None
+    path = agreed(comm, lambda: Path(tempfile.mkdtemp(prefix="cellmech-")) / "case" if own else _usable(folder))
     try:
         _solve(asked, path, additions or Additions(), comm, fresh, progress)
-        comm.barrier()
-        result = load(path)
+        comm.barrier()  # what rank 0 writes is there
+        result = replace(load(path), scene=asked)  # what is there may have another title
+        comm.barrier()  # nobody reads any more
         if check and result.failure:
-            raise SolveError(result.failure if kept is None else f"{result.failure} (see {kept / 'run.log'})")
+            raise SolveError(result.failure if own else f"{result.failure} (see {path / LOG})")
     except BaseException:
-        if mine is not None:
-            shutil.rmtree(mine, ignore_errors=True)
+        if own and comm.rank == 0:
+            shutil.rmtree(path.parent, ignore_errors=True)
         raise
-    if mine is not None:
-        weakref.finalize(result, shutil.rmtree, mine, True)
+    if own and comm.size > 1 and comm.rank == 0:
+        atexit.register(shutil.rmtree, path.parent, True)
+    elif own and comm.size == 1:
+        weakref.finalize(result, shutil.rmtree, path.parent, True)
     return result
 
 
-def _read(where: str) -> Scene:
+def _read(scene: object) -> Scene:
+    if isinstance(scene, Mapping):
+        return read_scene(dict(scene), "scene")
+    if not isinstance(scene, str | os.PathLike):
+        raise InputError("scene", "", "must be a Scene, a dict of its tables, or a scene file", scene)
+    where = str(os.fspath(scene))
     data = read_toml(where)
     if several := next((key for key in ("sweep", "case") if key in data), None):
-        raise InputError(
-            where, several, "must not stand in a scene", None, "python -m cellmech.study solves its cases."
-        )
+        hint = "python -m cellmech.study solves its cases."
+        raise InputError(where, several, "must not stand in a scene", None, hint)
     data.pop("accuracy", None)
     return read_scene(data, where)
+
+
+def _usable(folder: object) -> Path:
+    """The folder, if nothing of somebody else's can be lost in it."""
+    if not isinstance(folder, str | os.PathLike) or not os.fspath(folder):
+        raise InputError("folder", "", "must name a folder", folder)
+    path = Path(str(os.fspath(folder))).absolute()
+    if path.exists() and not path.is_dir():
+        raise InputError("folder", "", "must be a folder", str(path))
+    if path.is_dir() and any(path.iterdir()) and not any((path / name).exists() for name in (LOG, RESULT, CHECKPOINT)):
+        rule = "must be new, empty or of an earlier run, since files in it would be overwritten"
+        raise InputError("folder", "", rule, str(path))
+    return path
 
 
 def _solve(
@@ -90,10 +116,16 @@ def _solve(
     case = Case(path.name, scene, {})
     plan = mesh_plan([case])
     key = "" if additions else input_key(case, plan)
-    with alone_in(path) if comm.rank == 0 else nullcontext():  # the others wait for what comes next
-        if comm.rank == 0 and (fresh or additions):
-            forget(path)
-        if comm.bcast(comm.rank == 0 and bool(key) and finished(path, key) is not None):
+    with ExitStack() as stack:
+
+        def enter() -> bool:
+            """Whether the result is there, once nobody else is at work."""
+            stack.enter_context(alone_in(path))
+            if fresh or additions:
+                forget(path)
+            return bool(key) and finished(path, key) is not None
+
+        if agreed(comm, enter):
             return
         folder = CaseFolder(path, comm.rank == 0, key)
         try:

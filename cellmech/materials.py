@@ -12,6 +12,7 @@ from dolfinx import fem
 
 from cellmech.domain import Domain
 from cellmech.energies import VOLUMETRIC, Law, energy_and_stress, mixed_energy_and_stress
+from cellmech.errors import InputError
 from cellmech.fluid import fluid_stress
 from cellmech.forms import cellwise_space
 from cellmech.kinematics import Invariants, dilatation_rate, embed
@@ -23,7 +24,8 @@ class Material:
 
     Args:
         law: a strain energy of `cellmech.energies`, or any function of `(Invariants, **constants)`.
-        constants: what the law needs, moduli in Pa.
+        constants: what the law needs, moduli in Pa; "mu", the shear modulus at rest, must be among them, since the
+            material's stability is measured by it.
         fluid_fraction: c_f [-]; the solid's is 1 - c_f (eqs 10-13).
         fluid_lambda, fluid_mu: volumetric and shear viscosity [Pa s].
         mixed: whether the volumetric part is carried by a pressure of its own (`cellmech.mixed`).
@@ -35,6 +37,18 @@ class Material:
     fluid_lambda: float = 0.0
     fluid_mu: float = 0.0
     mixed: bool = False
+
+    def __post_init__(self) -> None:
+        rules = {
+            "law": (callable(self.law), "must be a function of (Invariants, **constants)"),
+            "constants": ("mu" in self.constants, 'must hold "mu", the shear modulus at rest [Pa]'),
+            "fluid_fraction": (0 <= self.fluid_fraction <= 1, "must be from 0 to 1"),
+            "fluid_lambda": (self.fluid_lambda >= 0, "must be 0 or more [Pa s]"),
+            "fluid_mu": (self.fluid_mu >= 0, "must be 0 or more [Pa s]"),
+        }
+        for key, (kept, rule) in rules.items():
+            if not kept:
+                raise InputError("Material", key, rule, getattr(self, key))
 
     @property
     def rate_dependent(self) -> bool:

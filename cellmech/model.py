@@ -47,9 +47,11 @@ def describe_model(setup: Setup, run: Run | None = None) -> Model:
         names = [n for n in LAYER_NAMES if scene.layer_law(n) == law and n not in own]
         if names:
             modelled[law] = f"solid phase of {', '.join(names)}"
-    modelled |= {f"{m.law.__name__} (not the scene's)": f"material of {name}" for name, m in own.items()}
+    for law_of_own in dict.fromkeys(one.law for one in own.values()):
+        names = [n for n in LAYER_NAMES if n in own and own[n].law is law_of_own]
+        modelled[f"{law_of_own.__name__} (not the scene's)"] = f"material of {', '.join(names)}"
     modelled["displacement"] = _elements(scene)
-    _describe_pressure(scene, modelled, left)
+    _describe_pressure(setup, modelled, left)
     wet = [n for n in LAYER_NAMES if (own.get(n) or material(scene, n)).rate_dependent]
     if wet:
         modelled["fluid phase"] = f"viscous stress of {', '.join(wet)}; BDF2 in time"
@@ -142,15 +144,17 @@ def _elements(scene: Scene) -> str:
     return f"second order on triangles with curved sides ({why})"
 
 
-def _describe_pressure(scene: Scene, modelled: dict[str, str], left: dict[str, str]) -> None:
-    mixed = mixed_layers(scene)
+def _describe_pressure(setup: Setup, modelled: dict[str, str], left: dict[str, str]) -> None:
+    scene, own = setup.scene, setup.additions.materials
+    mixed = [n for n in LAYER_NAMES if (own[n].mixed if n in own else n in mixed_layers(scene))]
     if mixed:
         why = "asked for" if scene.mesh.pressure == "mixed" else f"Poisson's ratio above {MIXED_ABOVE:g}"
-        names = ", ".join(n for n in LAYER_NAMES if n in mixed)
+        names = ", ".join(mixed)
         modelled["pressure"] = f"an unknown of its own in {names}, linear in each element ({why}); P2 with a bubble"
-    elif not scene.nearly_incompressible():
+    elif set(scene.nearly_incompressible()) <= own.keys():
         why = f"no layer's Poisson's ratio is above {MIXED_ABOVE:g}: a displacement alone does not lock"
-        left["pressure as an unknown"] = why
+        unknown = "; of materials that are not the scene's nothing is known" if own else ""
+        left["pressure as an unknown"] = why + unknown
     else:
         left["pressure as an unknown"] = "not asked for; see the warning"
 

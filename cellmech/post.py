@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, TypeVar
 
 from mpi4py import MPI
+
+from cellmech.errors import CellmechError
 
 if TYPE_CHECKING:  # brings DOLFINx along
     from cellmech.case import Progress
@@ -14,6 +17,7 @@ PAUSE_S = 0.05  # between two looks at what one waits for
 REPORT_EVERY_S = 0.5  # at most, per group
 
 Record: TypeAlias = dict[str, Any]
+T = TypeVar("T")
 
 
 class Watcher(Protocol):
@@ -113,3 +117,18 @@ def wait(request: MPI.Request) -> None:
 def meet(comm: MPI.Comm) -> None:
     """A barrier that does not keep the waiting ranks' cores busy. Collective."""
     wait(comm.Ibarrier())
+
+
+def agreed(world: MPI.Comm, make: Callable[[], T]) -> T:
+    """What `make` returns on rank 0, on every rank; an error of ours or the disk's is raised on all. Collective."""
+    outcome: tuple[Any, CellmechError | OSError | None] | None = None
+    if world.rank == 0:
+        try:
+            outcome = make(), None
+        except (CellmechError, OSError) as error:
+            outcome = None, error
+    meet(world)
+    value, refusal = world.bcast(outcome)
+    if refusal is not None:
+        raise refusal
+    return value

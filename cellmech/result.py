@@ -6,6 +6,7 @@ Of a case's folder: scene.toml, result.json, history.csv, and fields.pvd with th
 from __future__ import annotations
 
 import csv
+import difflib
 import html
 import json
 import os
@@ -51,7 +52,22 @@ class Result:
         return str(self.result.get("reason") or "no reason given")
 
     def number(self, key: str) -> float:
-        """A number of result.json by its dotted key; NaN where it is null or not there.
+        """A number of result.json by its dotted key; NaN where it is null, or not there as the case failed.
+
+        Raises:
+            InputError: for a number that no result has, or when something else than a number stands there.
+        """
+        value: Any = self.result
+        for part in key.split("."):
+            if isinstance(value, Mapping) and part not in value and not self.failure:
+                close = difflib.get_close_matches(part, value, 1)
+                hint = f"Did you mean {close[0]}?" if close else ""
+                raise InputError(str(self.folder / "result.json"), key, "there is no such number", None, hint)
+            value = value.get(part) if isinstance(value, Mapping) else None
+        return self.get(key)
+
+    def get(self, key: str) -> float:
+        """The same, NaN also where there is no such number.
 
         Raises:
             InputError: when something else than a number stands there.
@@ -120,7 +136,7 @@ class Result:
         columns = ("sigma_mises_max_Pa", "J1_max", "J2_max", "J3_max", "sigma_mises_mean_Pa", "det_F_min")
         rows = ["".join(f"<th>{name}</th>" for name in ("", *columns))]
         for region in ("nucleus", "nucleoplasm", "lamina", "cytosol", "membrane", "cell"):
-            cells = (f"<td>{self.number(f'{region}.{column}'):.6g}</td>" for column in columns)
+            cells = (f"<td>{self.get(f'{region}.{column}'):.6g}</td>" for column in columns)
             rows.append(f"<th>{region}</th>{''.join(cells)}")
         title = f"{self.name}: {self.failure or 'solved'}, t = {self.number('t_s'):,.0f} s"
         table = "".join(f"<tr>{row}</tr>" for row in rows)

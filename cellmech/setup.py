@@ -17,7 +17,7 @@ from cellmech.additions import Additions
 from cellmech.contact import Contact, Flat, Obstacle, Pillar, smooth_step
 from cellmech.domain import Domain, build_domain, whole
 from cellmech.energies import LAWS
-from cellmech.errors import SolveError
+from cellmech.errors import InputError, SolveError
 from cellmech.forms import displacement_space, pressure_space
 from cellmech.geometry import DiscSpec
 from cellmech.layering import INSIDE_OUT, MERGED, MeshPlan
@@ -39,6 +39,7 @@ ZONE_OVER_HERTZ = 1.32  # on Table 1 the contact edge lies at 0.9 of Hertz's hal
 NEAR = 5e-4  # of the radius: an obstacle that near is modelled from the start
 SMALL = 0.15  # of the load over the softest stiffness: below such a displacement errors are not relative to it
 LOAD_STEPS = 20  # reported equilibria of a ramp when nothing depends on rate
+OVERLAP = 1e-6  # of the radius: so deep an obstacle may begin, for rounding
 NONE = Additions()
 
 
@@ -143,7 +144,7 @@ class Setup:
             grading=plan.grading,
         )
         self.domain = _domain(self.spec, comm.py2f())
-        self.obstacles = obstacles_of(scene) | dict(additions.obstacles)
+        self.obstacles = additions.beside(obstacles_of(scene), scene.radius_um if self.half else None)
         self.body, self.out_of_reach = self._body()
 
     def _contact_zone_um(self) -> float:
@@ -197,7 +198,12 @@ class Setup:
         )
         outline, rest = Outline(domain, space, "outer"), fem.Function(space)
         gap = -max(width, NEAR * scene.radius_um)
-        near = {label: outline.max_depth(rest, [o]) > gap for label, o in self.obstacles.items()}
+        depths = {label: outline.max_depth(rest, [o]) for label, o in self.obstacles.items()}
+        for label in self.additions.obstacles:
+            if depths[label] > OVERLAP * scene.radius_um:
+                rule = f"must not overlap the cell at the start, and does by {depths[label]:.3g} um"
+                raise InputError("Additions", f"obstacles.{label}", rule)
+        near = {label: depth > gap for label, depth in depths.items()}
         reached = tuple(o for label, o in self.obstacles.items() if near[label])
         others = [o for label, o in self.obstacles.items() if not near[label]]
         return dataclasses.replace(body, obstacles=reached), others

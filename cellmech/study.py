@@ -8,7 +8,7 @@ import sys
 import traceback
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict
-from typing import Any, TypeVar
+from typing import Any
 
 from mpi4py import MPI
 
@@ -18,27 +18,10 @@ from cellmech.archive import SUMMARY, Record, merge_tables
 from cellmech.command import Command, parser, understand
 from cellmech.errors import CellmechError, InputError
 from cellmech.interrupts import Interrupted, Interrupts
-from cellmech.post import meet
+from cellmech.post import agreed
 from cellmech.progress import Plain, Quiet, on_terminal, results_table, say
 from cellmech.sealed import SEAL, json_text
 from cellmech.sweep import solve_jobs
-
-T = TypeVar("T")
-
-
-def agreed(world: MPI.Comm, make: Callable[[], T]) -> T:
-    """What `make` returns on rank 0, on every rank; an error of ours that it raises there is raised on all."""
-    outcome: tuple[Any, CellmechError | None] | None = None
-    if world.rank == 0:
-        try:
-            outcome = make(), None
-        except CellmechError as error:
-            outcome = None, error
-    meet(world)
-    value, refusal = world.bcast(outcome)
-    if refusal is not None:
-        raise refusal
-    return value
 
 
 def load_case() -> Any:

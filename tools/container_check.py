@@ -1,6 +1,6 @@
 """Build the container image and check that what the README says of it holds: `make container-check`.
 
-    python tools/container_check.py [--native DIR] [--tests none|quick|all] [--work DIR]
+    python tools/container_check.py [--tests none|quick|all] [--work DIR]
 
 Runs what the image runs by itself; then, as a user id that has no name, Figure 2 on two ranks and a figure, both into a
 folder of the caller's; compares every number with a run outside; runs the tests inside, as root. Exit status 1 if
@@ -81,8 +81,8 @@ def check_anybody(checks: Checks, engine: Engine, results: Path) -> None:
     """A user id without a name, two ranks, a folder of the caller's."""
     shutil.rmtree(results, ignore_errors=True)
     results.mkdir(parents=True)
-    os.chown(results, UID, GID) if os.geteuid() == 0 else None
     user, group = (UID, GID) if os.geteuid() == 0 else (os.getuid(), os.getgid())
+    os.chown(results, user, group)
     with checks.timed(f"as user {user}:{group}: {FIGURE_2}"):
         done = engine.run("bash", "-c", AS_ANYBODY, results=results, user=f"{user}:{group}")
     checks.expect(done.returncode == 0, "any user id runs studies, with mpirun and without, and draws", done.stdout)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,8 +17,9 @@ from matplotlib.tri import Triangulation
 from PIL import Image
 
 from cellmech.errors import InputError
-from cellmech.figures.style import SUBSTRATE
-from cellmech.figures.substrate import polygons
+from cellmech.figures.style import FADED, SUBSTRATE
+from cellmech.figures.substrate import magnified, polygons
+from cellmech.placement import placement
 from cellmech.records import PARTIAL
 from cellmech.result import Result
 
@@ -34,12 +36,14 @@ class State:
         points: deformed corners [µm], shape (n, 2).
         triangles: their corners, shape (m, 3).
         values: of the field at the points, shape (n,).
+        centre: of the cell's first outline, moved like its lowest point [µm].
     """
 
     t_s: float
     points: np.ndarray
     triangles: np.ndarray
     values: np.ndarray
+    centre: np.ndarray
 
 
 def read_state(result: Result, t_s: float, file: Path, quantity: str, magnify: float) -> State:
@@ -48,18 +52,22 @@ def read_state(result: Result, t_s: float, file: Path, quantity: str, magnify: f
     Raises:
         InputError: for a field that is not there, or a broken file.
     """
+    if not isinstance(magnify, int | float) or not 0 < magnify < math.inf:
+        raise InputError("magnify", "", "must be a number above 0", magnify)
     grid = result.fields(file)
     scalars = [name for name, values in grid.point_data.items() if values.ndim == 1]
     if quantity not in scalars:
         raise InputError(str(file), quantity, f"must be one of {', '.join(scalars)}")
     points, moves = np.asarray(grid.points)[:, :2], np.asarray(grid.point_data["displacement_um"])[:, :2]
-    pivot = moves[np.argmin(points[:, 1])]
+    lowest = np.argmin(points[:, 1])
+    pivot, bottom = moves[lowest], points[lowest, 1]
+    centre = np.array([placement(result.scene).centre_x_um, bottom + result.scene.radius_um]) + pivot
     points, values = points + pivot + magnify * (moves - pivot), np.asarray(grid.point_data[quantity])
     triangles = _flat(grid)
     if result.scene.cell.shape == "half":
         triangles = np.concatenate([triangles, triangles[:, ::-1] + len(points)])
         points, values = np.concatenate([points, points * [-1.0, 1.0]]), np.concatenate([values, values])
-    return State(t_s, points, triangles, values)
+    return State(t_s, points, triangles, values, centre)
 
 
 def _flat(grid: Any) -> np.ndarray:
@@ -146,12 +154,14 @@ def _draw(
         axes = Figure(figsize=(6.4, 5.2), layout="constrained").add_subplot()
     figure = axes.get_figure()
     assert isinstance(figure, Figure)
-    for ground in polygons(result.scene, view):
-        axes.add_collection(PolyCollection(list(ground), facecolor=SUBSTRATE, edgecolor=SUBSTRATE, lw=0.8, zorder=0))
+    true, scene = magnify == 1, result.scene
+    colour = SUBSTRATE if true else FADED
+    for ground in polygons(scene, view) if true else [magnified(scene, state.centre, view, magnify)]:
+        axes.add_collection(PolyCollection(list(ground), facecolor=colour, edgecolor=colour, lw=0.8, zorder=0))
     triangulation = Triangulation(*state.points.T, state.triangles)
     image = axes.tripcolor(triangulation, state.values, shading="gouraud", zorder=1, vmin=span[0], vmax=span[1])
     axes.set(xlim=view[:2], ylim=view[2:], aspect="equal", xlabel="x [µm]", ylabel="y [µm]")
-    times = f", displacements × {magnify:g}" if magnify != 1 else ""
+    times = "" if true else f"\ndisplacements, and gaps to the substrate, × {magnify:g}"
     axes.set_title(f"{result.scene.title or result.name}, t = {state.t_s:,.0f} s{times}")
     figure.colorbar(image, ax=axes, label=quantity)
     return figure

@@ -61,7 +61,7 @@ class Grid:
         for place, name in self.names.items():
             case = self.study.cases.get(name)
             if case is not None and not case.failure:
-                found[place] = case.number(f"nucleus.{quantity.key}_max{quantity.suffix}") - quantity.rest
+                found[place] = case.get(f"nucleus.{quantity.key}_max{quantity.suffix}") - quantity.rest
         return found
 
     def lack(self, place: Place) -> str:
@@ -69,7 +69,7 @@ class Grid:
         case = self.study.cases.get(self.names.get(place, ""))
         if case is None:
             return "no result" if place in self.names else "not in the study"
-        return f"failed at\n{case.number('t_s'):,.0f} s" if case.failure else "no value"
+        return f"failed at\n{case.get('t_s'):,.0f} s" if case.failure else "no value"
 
     def printed_extreme(self, kind: str, quantity: Quantity) -> Extreme | None:
         """Where the paper has its extreme of a quantity; None where it names no place, or one that is not swept.

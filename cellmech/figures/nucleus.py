@@ -26,8 +26,8 @@ def nucleus_lines(case: Result, paper: Mapping[str, Any]) -> list[str]:
     theirs = (paper.get(case.name) or {}).get("SI")
     lines = ["Shape index of the nucleus" + (f"  (paper: {theirs:g}, outline not stated)" if theirs else "")]
     for key, name, circle in OUTLINES:
-        lines.append(f"    {name}: {_shown(case.number(f'shape_index.{key}'), '.4f')}   ({circle:.4g} for a circle)")
-    distance = _shown(case.number("lamina_pillar_distance_um"), ".3f")
+        lines.append(f"    {name}: {_shown(case.get(f'shape_index.{key}'), '.4f')}   ({circle:.4g} for a circle)")
+    distance = _shown(case.get("lamina_pillar_distance_um"), ".3f")
     lines.append(f"Lamina to pillar: {distance} µm   ({start_um(case):.3f} µm at the start)")
     return lines
 

@@ -73,7 +73,7 @@ def table3(study: StudyResult, paper: Mapping[str, Any]) -> Document:
         numbers = paper.get(name, {})
         maxima += [_maximum(case, q, numbers.get(q.paper_key)) for q in QUANTITIES]
         indices += [_index(case, outline, numbers.get("SI")) for outline in OUTLINES]
-        now = case.number("lamina_pillar_distance_um")
+        now = case.get("lamina_pillar_distance_um")
         distances.append([_label(case), "lamina to pillar", Value(now, ".3f"), Value(start_um(case), ".3f")])
     circle = (
         "SI = 4π · area / perimeter² (eq. 33). The paper does not say of which outline; its cell is a half, so all "
@@ -110,32 +110,35 @@ def _head(case: Result, q: Quantity) -> list[Cell]:
 
 
 def _maximum(case: Result, q: Quantity, theirs: float | None) -> list[Cell]:
-    ours = case.number(f"nucleus.{q.key}_max{q.suffix}")
+    ours = case.get(f"nucleus.{q.key}_max{q.suffix}")
     return [*_head(case, q), _value(ours, q), _printed(theirs), *ratios(ours, theirs, q.rest)]
 
 
 def _maximum_over_time(case: Result, q: Quantity, theirs: float | None) -> list[Cell]:
-    ours = case.number(f"nucleus.{q.key}_max_over_time{q.suffix}")
-    when = Value(case.number(f"nucleus.{q.key}_max_time_s"), ",.0f")
+    ours = case.get(f"nucleus.{q.key}_max_over_time{q.suffix}")
+    when = Value(case.get(f"nucleus.{q.key}_max_time_s"), ",.0f")
     return [*_head(case, q), _value(ours, q), when, _printed(theirs), *ratios(ours, theirs, q.rest)]
 
 
 def _mean(case: Result, q: Quantity, share: float | None) -> list[Cell]:
-    ours, part = case.number(f"nucleus.{q.key}_mean{q.suffix}"), case.number(f"share_of_area_percent.{q.key}")
-    implied = None if share is None else share / 100 * case.number("cell.area_um2") / case.number("nucleus.area_um2")
+    ours, part = (
+        case.get(f"nucleus.{q.key}_mean{q.suffix}"),
+        case.get(f"share_of_area_percent.{q.key}"),
+    )
+    implied = None if share is None else share / 100 * case.get("cell.area_um2") / case.get("nucleus.area_um2")
     paper: Cell = NONE if implied is None else Value(implied, ".2f")
     shown: Cell = NONE if share is None else Value(share, "g")
     return [*_head(case, q), _value(ours, q), paper, *ratios(ours, implied, q.rest), Value(part, ".2f"), shown]
 
 
 def _shares(case: Result, q: Quantity) -> list[Cell]:
-    values = [case.number(f"{kind}.{q.key}") for kind in ("share_of_max", "share_of_integral")]
+    values = [case.get(f"{kind}.{q.key}") for kind in ("share_of_max", "share_of_integral")]
     return [*_head(case, q), *(Value(value, ".3f") for value in values)]
 
 
 def _index(case: Result, outline: tuple[str, str, float], theirs: float | None) -> list[Cell]:
     key, name, circle = outline
-    ours = case.number(f"shape_index.{key}")
+    ours = case.get(f"shape_index.{key}")
     known: list[Cell] = [_label(case), name, Value(ours, ".4f"), Value(circle, ".4f"), _printed(theirs)]
     return [*known, *ratios(ours, theirs, circle)]
 

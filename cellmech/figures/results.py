@@ -46,7 +46,7 @@ class StudyResult:
         lines = [f"{name}: {what}" for name, what in self.missing.items()]
         for name, case in self.cases.items():
             if case.failure:
-                lines.append(f"{name}: failed at {case.number('t_s'):,.0f} s ({case.failure})")
+                lines.append(f"{name}: failed at {case.get('t_s'):,.0f} s ({case.failure})")
         return lines
 
     def complaint(self, most: int = 10_000) -> str:

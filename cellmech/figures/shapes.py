@@ -15,8 +15,8 @@ from cellmech.figures.parameters import parameter
 from cellmech.figures.render import Shape, View, picture, probe, read_shape
 from cellmech.figures.results import StudyResult
 from cellmech.figures.sheet import UNDEFORMED, Sheet
-from cellmech.figures.style import FAULT_COLOUR, LAWS, SMALL, SUBSTRATE, TINY
-from cellmech.figures.substrate import band, polygons, surface_at
+from cellmech.figures.style import FADED, FAULT_COLOUR, LAWS, SMALL, SUBSTRATE, TINY
+from cellmech.figures.substrate import magnified, polygons
 from cellmech.placement import placement
 from cellmech.result import Result
 
@@ -24,7 +24,6 @@ SEEN = 0.1  # a displacement above this share of the diameter needs no magnifica
 AIM = 0.2  # a magnified one should not exceed this share
 FACTORS = (1000, 500, 200, 100, 50, 30, 20, 10, 5, 4, 3, 2)
 PX_PER_IN = 214  # of the pictures
-FADED = "#dcdcdc"  # the substrate where it is not drawn true
 
 Report: TypeAlias = Callable[[Result], Sequence[str]]
 
@@ -136,7 +135,7 @@ def _view(poses: list[Pose], factor: int) -> View:
 
 def _draw_panel(axes: Axes, pose: Pose, sheet: Sheet, factor: int) -> None:
     scene, true, view = pose.case.scene, factor == 1, sheet.view
-    ground = polygons(scene, view) if true else [_magnified_ground(pose, view, factor)]
+    ground = polygons(scene, view) if true else [magnified(scene, pose.centre + pose.pivot, view, factor)]
     corners = pose.shape.moved(pose.pivot, factor)
     image = picture(
         corners, pose.shape.layer, ground, view, round(PX_PER_IN * sheet.wide), SUBSTRATE if true else FADED
@@ -151,18 +150,6 @@ def _draw_panel(axes: Axes, pose: Pose, sheet: Sheet, factor: int) -> None:
     if not true:
         note: dict[str, Any] = dict(ha="right", fontsize=TINY, color="#555555")
         axes.text(0.975, 0.035, "substrate:\nsee note", transform=axes.transAxes, **note)
-
-
-def _magnified_ground(pose: Pose, view: View, factor: int) -> np.ndarray:
-    """The substrate below the cell, its distance from the cell's first outline magnified like the displacements.
-
-    So what touches in truth touches here, and a gap is as many times wider as the displacement that would close it.
-    """
-    r, centre = pose.case.scene.radius_um, pose.centre + pose.pivot
-    x = centre[0] + r * np.linspace(-1.0, 1.0, 801)
-    outline = centre[1] - np.sqrt(np.maximum(r**2 - (x - centre[0]) ** 2, 0.0))
-    surface = np.maximum(surface_at(pose.case.scene, x), view[2] - 1e3 * r)
-    return band(x, np.minimum(outline + factor * (surface - outline), view[3]), view[2])
 
 
 def _scale_bar(axes: Axes, view: View, factor: int) -> None:

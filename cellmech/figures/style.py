@@ -36,6 +36,7 @@ LAYER_COLOURS = {  # the paper's, from the inside out; the index is the code in 
     "membrane": "#d5312b",
 }
 SUBSTRATE = "#b9b9b9"
+FADED = "#dcdcdc"  # the substrate where it is not drawn true
 FAULT_COLOUR = "#a00000"
 
 
@@ -164,7 +165,7 @@ def provenance(study: StudyResult) -> str:
 
 
 def _cells(case: Result) -> str:
-    number = case.number("mesh_cells")
+    number = case.get("mesh_cells")
     return "?" if number != number else f"{number:,.0f}"
 
 

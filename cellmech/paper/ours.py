@@ -54,11 +54,11 @@ class Slot:
         """Why there is no number; "" when there is one."""
         if self.case is None:
             return self.lack
-        return f"failed at {self.case.number('t_s'):,.0f} s: {self.case.failure}" if self.case.failure else ""
+        return f"failed at {self.case.get('t_s'):,.0f} s: {self.case.failure}" if self.case.failure else ""
 
     def value(self, key: str) -> float:
         """A number of result.json by its dotted key; NaN unless the case was solved."""
-        return self.case.number(key) if self.case is not None and self.status == "solved" else math.nan
+        return self.case.get(key) if self.case is not None and self.status == "solved" else math.nan
 
     def error(self, key: str) -> float:
         """How far that number may be off, where the accuracy was measured (in the number's unit); else NaN."""

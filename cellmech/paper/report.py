@@ -175,9 +175,9 @@ def _runs(item: tuple[str, Sequence[Slot]]) -> Runs:
     cases = [slot.case for slot in slots if slot.case is not None]
 
     def total(key: str) -> float:
-        return sum(value for case in cases if math.isfinite(value := case.number(key)))
+        return sum(value for case in cases if math.isfinite(value := case.get(key)))
 
-    cells = sorted({f"{case.number('mesh_cells'):,.0f}" for case in cases})
+    cells = sorted({f"{case.get('mesh_cells'):,.0f}" for case in cases})
     solved = sum(slot.status == "solved" for slot in slots)
     counts = int(total("steps")), int(total("newton_iterations"))
     return Runs(STUDIES[table], len(slots), solved, *counts, total("wall_s"), ", ".join(cells))

@@ -89,12 +89,101 @@ def test_study_with_cases_is_no_scene(tmp_path):
         cellmech.solve(tmp_path / "my.toml")
 
 
+def test_folder_with_files_of_ones_own_is_refused_and_kept(tmp_path):
+    (tmp_path / "fields.csv").write_text("mine")
+    (tmp_path / "scene.toml").write_text("# mine\n")
+    for folder in (tmp_path, str(tmp_path)):
+        with pytest.raises(cellmech.InputError, match="folder: must be new, empty or of an earlier run"):
+            cellmech.solve(tmp_path / "scene.toml", folder)
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {
+        "fields.csv": "mine",
+        "scene.toml": "# mine\n",
+    }
+    with pytest.raises(cellmech.InputError, match="folder: must name a folder"):
+        cellmech.solve(cellmech.Scene(), "")
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (
+            lambda: cellmech.Additions(materials={"laminax": 1}),
+            r"materials\.laminax: must be named membrane",
+        ),
+        (
+            lambda: cellmech.Additions(materials={"lamina": neo_hookean}),
+            r"lamina: must be a cellmech\.Material",
+        ),
+        (
+            lambda: cellmech.Additions(obstacles={"wall": 3}),
+            r"wall: must have length_um, level_set, gradient",
+        ),
+        (lambda: cellmech.Additions(observables={"a.b": len}), r"observables: must be named by letters"),
+        (lambda: cellmech.Additions(observables=[len]), r"observables: must be a dict"),
+        (lambda: cellmech.Material(neo_hookean, {"k": 3.0}), r'Material: constants: must hold "mu"'),
+        (lambda: cellmech.Material(neo_hookean, {"mu": 3.0}, 2.0), r"fluid_fraction: must be from 0 to 1; got 2\.0"),
+        (lambda: cellmech.solve({"cell": {"lew": "yeoh"}}), r"scene: cell\.lew: unknown key"),
+        (lambda: cellmech.solve(None), r"scene: must be a Scene, a dict of its tables, or a scene file"),
+    ],
+)
+def test_what_is_wrong_is_refused_by_name(make, said):
+    with pytest.raises(cellmech.InputError, match=said):
+        make()
+
+
+def test_obstacles_that_would_do_harm_are_refused(example):
+    walls = example(1)["Walls"]
+    for label, wall, said in (
+        ("flat", walls(10.001), "the scene has an obstacle of this name"),
+        ("walls", walls(9.0), "must not overlap the cell at the start, and does by 0.95 um"),
+        ("walls", Flat45(), "must be symmetric about x = 0"),
+    ):
+        with pytest.raises(cellmech.InputError, match=said):
+            cellmech.solve(cellmech.Scene(mesh=COARSE), additions=cellmech.Additions(obstacles={label: wall}))
+
+
+class Flat45:
+    """A slope far below."""
+
+    length_um = 1e9
+
+    def level_set(self, x, y):
+        return x - y - 100.0
+
+    def gradient(self, x, y):
+        return 1 + 0 * x, -1 + 0 * y
+
+
+def test_observable_that_fails_is_named_and_fails_the_case(tmp_path):
+    additions = cellmech.Additions(observables={"broken": lambda observer: 1 / 0})
+    scene = cellmech.Scene(mesh=COARSE, time=END)
+    with pytest.raises(cellmech.SolveError, match="the observable broken is no finite number \\(ZeroDivisionError"):
+        cellmech.solve(scene, tmp_path / "a", additions=additions)
+    assert "observable broken" in (tmp_path / "a" / "run.log").read_text()
+
+
+def test_number_that_no_result_has_is_refused(solved):
+    with pytest.raises(cellmech.InputError, match=r"lamina\.J1maxx: there is no such number\. Did you mean J1_max"):
+        solved.number("lamina.J1maxx")
+
+
+def test_reused_result_has_the_title_that_is_asked_for(tmp_path):
+    scenes = [cellmech.Scene(title=title, mesh=COARSE, time=END) for title in ("one", "two")]
+    steps = []
+    results = [cellmech.solve(scene, tmp_path / "a", progress=steps.append) for scene in scenes]
+    assert [result.scene.title for result in results] == ["one", "two"]
+    assert len(steps) == 1
+
+
 def test_plot_shows_the_field_and_names_those_that_there_are(solved):
     figure = solved.plot("J1", magnify=10)
     drawn = figure.axes[0].collections[-1].get_array()
     assert np.nanmax(drawn) == pytest.approx(max(solved.number(f"{r}.J1_max") for r in ("cell", "nucleus")), rel=1e-6)
     with pytest.raises(cellmech.InputError, match=r"J9: must be one of sigma_mises_Pa"):
         solved.plot("J9")
+    for wrong in (0, float("nan"), "5"):
+        with pytest.raises(cellmech.InputError, match="magnify: must be a number above 0"):
+            solved.plot("J1", magnify=wrong)
 
 
 def test_film_has_a_picture_for_each_time_on_one_scale(tmp_path, solved):

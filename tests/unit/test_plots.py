@@ -170,9 +170,9 @@ class TestResults:
 
     def test_null_and_absent_numbers_are_nan_and_a_text_is_refused(self, tmp_path: Path) -> None:
         case = load(write_study(tmp_path, LAWS[:1]) / LAWS[0])
-        assert np.isnan([case.number("share_of_area_percent.J3"), case.number("lamina.J1_max")]).all()
+        assert np.isnan([case.get("share_of_area_percent.J3"), case.get("lamina.J1_max")]).all()
         with pytest.raises(InputError, match="status"):
-            case.number("status")
+            case.get("status")
 
     def test_history_reads_empty_fields_as_nan_and_refuses_others(self, tmp_path: Path) -> None:
         case = load(write_study(tmp_path, LAWS[:1]) / LAWS[0])

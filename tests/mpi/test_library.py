@@ -1,0 +1,60 @@
+"""The package as a library on two ranks: results on both, and what goes wrong on one is known to both."""
+
+import pytest
+from cli.programs import program
+
+pytestmark = pytest.mark.mpi
+
+CODE = """
+import os, sys
+import cellmech
+from mpi4py import MPI
+
+world, coarse = MPI.COMM_WORLD, {"mesh": {"size_um": 8.0}, "time": {"history": False}}
+
+def told(text):
+    for line in world.gather(text) or ():
+        print(line, flush=True)
+
+result = cellmech.solve(coarse)
+if world.rank == 0:
+    folder, first = result.folder, result.number("lamina.J1_max")
+    del result
+else:
+    first = result.number("lamina.J1_max")
+world.barrier()
+told(f"solved {first:.9g} {len(cellmech.load(world.bcast(folder if world.rank == 0 else None)).series())}")
+
+def broken(observer):
+    if world.rank == 0:
+        raise ValueError("on one rank only")
+    return 1.0
+
+for words in ({"folder": sys.argv[1]}, {"additions": cellmech.Additions(observables={"broken": broken})}):
+    try:
+        cellmech.solve(coarse, **words)
+    except (cellmech.CellmechError, OSError) as error:
+        told(f"{type(error).__name__}: {error}")
+os.environ["XDG_CACHE_HOME"] = sys.argv[1]
+try:
+    cellmech.solve(coarse)
+except (cellmech.CellmechError, OSError) as error:
+    told(f"{type(error).__name__}: {error}")
+"""
+
+
+def test_what_goes_wrong_on_one_rank_is_known_to_both(tmp_path):
+    (tmp_path / "file").write_text("")
+    outcome = program(tmp_path / "file", ranks=2, program=("-c", CODE))
+    lines = outcome.out.splitlines()
+    assert outcome.status == 0, outcome.err
+    assert len(lines) == 8
+    assert lines[::2] == lines[1::2]
+    said = (
+        "solved 2.0",
+        "InputError: folder: must be a folder",
+        "SolveError: the observable broken",
+        "CellmechError: ",
+    )
+    for line, start in zip(lines[::2], said, strict=True):
+        assert line.startswith(start)
