@@ -22,7 +22,7 @@ class Additions:
     """What is solved besides a scene, or instead of parts of it.
 
     Args:
-        materials: of layers, instead of the scene's; their law may be any function of (Invariants, **constants).
+        materials: of layers, instead of the scene's; their law may be any function of `(Invariants, **constants)`.
         obstacles: by label, beside the scene's. They may touch the cell at the start but not overlap it, and must be
             symmetric about x = 0 if half a cell is modelled.
         observables: by name, functions of the Observer after each accepted step that return a number; collective. Names
