@@ -33,7 +33,7 @@ REGIONS = ("nucleus", *reversed(LAYER_NAMES), "cell")
 NOT_ASSESSED = ("balance_error", "max_time_s", "_at_um.x", "_at_um.y")  # errors themselves, and where and when
 SHAPE_AT_REST = {"full": 1.0, "half_outline": 2 * math.pi**2 / (math.pi + 2) ** 2, "half_area_full_perimeter": 0.5}
 
-Record: TypeAlias = Mapping[str, Any]
+Result: TypeAlias = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
@@ -151,7 +151,7 @@ def _viscous(scene: Scene) -> bool:
     return viscosity > 0 and any(scene.layer_of(name).fluid_fraction > 0 for name in LAYER_NAMES)
 
 
-def assess(base: Record, refined: Mapping[str, Record | None], parts: Iterable[str]) -> dict[str, Assessed]:
+def assess(base: Result, refined: Mapping[str, Result | None], parts: Iterable[str]) -> dict[str, Assessed]:
     """The error of every scalar of a solved case, by dotted key.
 
     Args:
@@ -206,7 +206,7 @@ def _mesh_error(value: float, fine: float | None, finest: float | None) -> tuple
     return abs(value - finest) + abs(second), None, None
 
 
-def numbers(result: Record) -> dict[str, float]:
+def numbers(result: Result) -> dict[str, float]:
     """The scalars of a result that have an error, by dotted key."""
     tables = {name: result[name] for name in (*REGIONS, *TABLES) if isinstance(result.get(name), Mapping)}
     tables["lamina_pillar_distance_um"] = result.get("lamina_pillar_distance_um")
@@ -217,7 +217,7 @@ def numbers(result: Record) -> dict[str, float]:
     }
 
 
-def _values_at_rest(base: Record) -> Any:
+def _values_at_rest(base: Result) -> Any:
     """A function: the value at rest of a scalar by its key, 0 for what is no strain or shape."""
     strains = {"J1": 2.0, "J2": 2.0, "J3": 1.0}
     nucleus, cell = base.get("nucleus") or {}, base.get("cell") or {}

@@ -19,10 +19,7 @@ from cellmech.sealed import damage, is_whole
 from cellmech.study_file import Case
 
 SUMMARY, TIMINGS, LOCK = "summary.csv", "timings.csv", ".lock"
-INTERNAL, DISK = (
-    "internal error",
-    "the disk refuses",
-)  # begin the reasons of failures that do not follow from the inputs
+INTERNAL, DISK = "internal error", "the disk refuses"  # begin the reasons of failures that inputs do not explain
 MACHINE = ("wall_s", "ranks", "memory_MB")  # differ between runs of equal inputs: kept out of summary.csv
 COSTS = ("steps", "rejected_steps", "newton_iterations", "factorisations", "mesh_cells", "dofs")
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from mpi4py import MPI
 
+from cellmech.archive import Record
 from cellmech.errors import CellmechError
 
 if TYPE_CHECKING:  # brings DOLFINx along
@@ -16,7 +17,6 @@ if TYPE_CHECKING:  # brings DOLFINx along
 PAUSE_S = 0.05  # between two looks at what one waits for
 REPORT_EVERY_S = 0.5  # at most, per group
 
-Record: TypeAlias = dict[str, Any]
 T = TypeVar("T")
 
 

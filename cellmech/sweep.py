@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from mpi4py import MPI
 
-from cellmech.archive import DISK, INTERNAL, alone_in, finished, signed
+from cellmech.archive import DISK, INTERNAL, Record, alone_in, finished, signed
 from cellmech.errors import CellmechError
 from cellmech.handout import Counter
 from cellmech.interrupts import Interrupts
-from cellmech.post import PAUSE_S, Post, Record, Watcher, meet
+from cellmech.post import PAUSE_S, Post, Watcher, meet
 from cellmech.records import LOG, RESULT, CaseFolder, write_whole
 from cellmech.sealed import sealed
 from cellmech.study_file import Case
