@@ -57,14 +57,7 @@ class Result:
         Raises:
             InputError: for a number that no result has, or when something else than a number stands there.
         """
-        value: Any = self.result
-        for part in key.split("."):
-            if isinstance(value, Mapping) and part not in value and not self.failure:
-                close = difflib.get_close_matches(part, value, 1)
-                hint = f"Did you mean {close[0]}?" if close else ""
-                raise InputError(str(self.folder / "result.json"), key, "there is no such number", None, hint)
-            value = value.get(part) if isinstance(value, Mapping) else None
-        return self.get(key)
+        return self._number(key, must_be_there=not self.failure)
 
     def get(self, key: str) -> float:
         """The same, NaN also where there is no such number.
@@ -72,8 +65,15 @@ class Result:
         Raises:
             InputError: when something else than a number stands there.
         """
+        return self._number(key, must_be_there=False)
+
+    def _number(self, key: str, must_be_there: bool) -> float:
         value: Any = self.result
         for part in key.split("."):
+            if must_be_there and isinstance(value, Mapping) and part not in value:
+                close = difflib.get_close_matches(part, value, 1)
+                hint = f"Did you mean {close[0]}?" if close else ""
+                raise InputError(str(self.folder / "result.json"), key, "there is no such number", None, hint)
             value = value.get(part) if isinstance(value, Mapping) else None
         if value is not None and (isinstance(value, bool) or not isinstance(value, int | float)):
             raise InputError(str(self.folder / "result.json"), key, "must be a number", value, AGAIN)
@@ -105,13 +105,9 @@ class Result:
         Raises:
             InputError: for a file that is missing or broken.
         """
-        import pyvista
-
         path = file or self.last_fields()[1]
         try:
-            with pyvista.vtk_verbosity("off"), warnings.catch_warnings():
-                warnings.filterwarnings("error", message=".*raised an error while reading")  # pyvista reads on
-                return pyvista.read(path)
+            return read_grid(path)
         except (AttributeError, ValueError, OSError, UserWarning) as error:
             text = " ".join(str(error).split())[:120]
             raise InputError(str(path), "", f"is no field file of this program ({text})", None, AGAIN) from None
@@ -169,6 +165,15 @@ class Result:
         if not (self.folder / name).is_file():
             raise InputError(str(self.folder / "fields.pvd"), name, "the file it names is not there", None, AGAIN)
         return t_s, self.folder / name
+
+
+def read_grid(path: Path) -> Any:
+    """A field file as a pyvista UnstructuredGrid; what VTK dislikes raises one of several exceptions and warnings."""
+    import pyvista
+
+    with pyvista.vtk_verbosity("off"), warnings.catch_warnings():
+        warnings.filterwarnings("error", message=".*raised an error while reading")  # pyvista reads on
+        return pyvista.read(path)
 
 
 def load(folder: str | os.PathLike[str]) -> Result:

@@ -20,7 +20,7 @@ from cellmech.archive import DISK, INTERNAL, Record, alone_in, finished, signed
 from cellmech.errors import CellmechError
 from cellmech.handout import Counter
 from cellmech.interrupts import Interrupts
-from cellmech.post import PAUSE_S, Post, Watcher, meet
+from cellmech.post import PAUSE_S, Post, Watcher, agreed
 from cellmech.records import LOG, RESULT, CaseFolder, write_whole
 from cellmech.sealed import sealed
 from cellmech.study_file import Case
@@ -134,18 +134,12 @@ class _Attempt:
     def _alone(self) -> Iterator[Record | None]:
         """Keep other processes from the folder; what one of them has brought since the start. Collective."""
         with ExitStack() as stack:
-            found: tuple[Record | None, OSError | None] = None, None
-            if self.lead:
-                try:
-                    stack.enter_context(alone_in(self.job.folder, self._wait))
-                    found = finished(self.job.folder, self.job.key), None
-                except OSError as error:
-                    found = None, error
-            meet(self.comm)
-            brought, fault = self.comm.bcast(found)
-            if fault is not None:
-                raise fault
-            yield brought
+
+            def enter() -> Record | None:
+                stack.enter_context(alone_in(self.job.folder, self._wait))
+                return finished(self.job.folder, self.job.key)
+
+            yield agreed(self.comm, enter)
 
     def _wait(self) -> None:
         if not self.waits:

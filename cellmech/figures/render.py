@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +18,7 @@ import numpy as np
 
 from cellmech.errors import CellmechError, InputError
 from cellmech.figures.style import LAYER_COLOURS, SUBSTRATE
+from cellmech.result import read_grid
 
 SUBDIVISIONS = 4  # of an element's edge, so that curved edges look curved
 OVERSAMPLING = 2
@@ -84,12 +84,8 @@ def read_shape(path: Path, half: bool) -> Shape:
     Raises:
         InputError: for a file that is broken or has other content.
     """
-    import pyvista
-
     try:
-        with pyvista.vtk_verbosity("off"), warnings.catch_warnings():
-            warnings.filterwarnings("error", message=".*raised an error while reading")  # pyvista reads on
-            grid = pyvista.read(path)
+        grid = read_grid(path)
         cells = np.concatenate([nodes for _, nodes in sorted(grid.cells_dict.items())])
         points, moved = np.asarray(grid.points)[:, :2], np.asarray(grid.point_data["displacement_um"])[:, :2]
         layer = np.asarray(grid.cell_data["layer"])
