@@ -9,6 +9,7 @@ import os
 import re
 import tempfile
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NoReturn
@@ -208,8 +209,9 @@ def _check_folders(orders: Sequence[Order], make: bool) -> None:
         for order in orders if make else ():
             missing = [path for path in (order.out, *order.out.parents) if not path.exists()]
             for path in reversed(missing):
-                path.mkdir()
-                made.append(path)
+                with suppress(FileExistsError):  # another process has just made it
+                    path.mkdir()
+                    made.append(path)
             with tempfile.TemporaryFile(dir=order.out):
                 pass  # the proof: permissions do not tell of read-only and full disks
     except OSError as error:
@@ -223,7 +225,8 @@ def _check_folders(orders: Sequence[Order], make: bool) -> None:
 
 def _remove(made: Sequence[Path]) -> None:
     for path in reversed(made):
-        path.rmdir()
+        with suppress(OSError):  # another process has put something there
+            path.rmdir()
 
 
 def _check_folder(path: Path) -> None:

@@ -1,5 +1,6 @@
 """What else may happen to a study: two at once, a full or read-only disk, a rank that dies, files that decay."""
 
+import errno
 import json
 import os
 import signal
@@ -54,6 +55,36 @@ def test_two_processes_in_one_folder_solve_each_case_once(folder):
     assert logs == ["law neo-hookean on 1\n"] * 3
     assert len(Path("results/my/summary.csv").read_text().splitlines()) == 4
     assert not list(Path("results").rglob(".partial-*"))
+
+
+def test_results_folder_that_another_process_makes_at_the_same_time_is_shared(fake, folder, monkeypatch):
+    ours = Path.mkdir
+
+    def late(path, *arguments, **options):
+        path.exists() or os.mkdir(path)
+        ours(path, *arguments, **options)
+
+    monkeypatch.setattr(Path, "mkdir", late)
+    Path("my.toml").write_text(cases("a"))
+    assert (fake("my.toml", "--out", "deep/er").status, fake.solved) == (0, ("a",))
+
+
+def test_refused_folders_are_removed_but_for_what_another_process_has_put_there(fake, folder, monkeypatch):
+    ours = Path.mkdir
+
+    def full(path, *arguments, **options):
+        if path.name == "two":
+            Path("results/one/theirs").touch()
+            raise OSError(errno.ENOSPC, "No space left on device")
+        ours(path, *arguments, **options)
+
+    monkeypatch.setattr(Path, "mkdir", full)
+    for name in ("one", "two"):
+        Path(f"{name}.toml").write_text(cases("a"))
+    outcome = fake("one.toml", "two.toml")
+    assert outcome.status == 2
+    assert outcome.err.startswith("cellmech: error: --out: must be a folder that can be made and written to (No space")
+    assert list(tree(Path("results"))) == ["one", "one/theirs"]
 
 
 @pytest.mark.mpi
