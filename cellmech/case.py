@@ -16,7 +16,7 @@ from petsc4py import PETSc
 
 from cellmech import __version__, checkpoint
 from cellmech.additions import Additions
-from cellmech.ellipticity import Stability, StabilityWatch
+from cellmech.ellipticity import AT_REST, Stability, StabilityWatch
 from cellmech.errors import SolveError
 from cellmech.layering import MeshPlan, mesh_plan
 from cellmech.model import describe_model
@@ -96,6 +96,10 @@ def solve_case(
             if found is not None and found.lost and scalars:
                 _take_back(run, step)
                 raise SolveError(_lost(step, found))
+            if found is not None and found.lost and run.retrace():
+                folder.log(f"{_lost(step, found)}; the load is followed from the start, to where this happens")
+                watch.seen = AT_REST
+                return
             stability = found or stability
             scalars.clear()
             scalars.update(observer.observe(step.t_s) | additions.observe(observer))

@@ -53,6 +53,7 @@ ROUND_OFF = 1e-12  # of an eigenvalue over mu
 GROWTH = 10.0  # of the largest strain, and …
 INCREMENT = 0.05  # … addition to it, after which a state is looked at in any case
 SHARE = 0.25  # of a margin; see StabilityWatch
+AT_REST = (0.0, 1.0)  # largest strain of the state that a StabilityWatch has last looked at, and its margin
 UNIFORM = 1e-9  # a margin nearer to 1 than this is that of the whole body: no place or direction is weaker
 
 
@@ -158,7 +159,7 @@ class StabilityWatch:
         self._square = PointValues(ufl.inner(E, E), node_points(body.space), mesh.comm)
         self._cells = np.arange(mesh.topology.index_map(2).size_local, dtype=np.int32)
         self._comm = mesh.comm
-        self.seen = (0.0, 1.0)  # largest strain of the state last looked at, and its margin
+        self.seen = AT_REST
 
     def look_if_due(self) -> Stability | None:
         """The least margin of the current state; None while it cannot have come near to 0. Collective."""

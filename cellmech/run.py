@@ -20,6 +20,7 @@ from cellmech.snes import Outcome, Solver
 from cellmech.stepping import LoadSteps, TimeSteps
 
 TOUCHING = 1e-12  # load amplitude at which the resting body counts as just touching
+LOAD_STEPS = 20  # reported equilibria of a ramp when nothing depends on rate
 CHECKPOINT_STEPS = 10  # accepted steps between two checkpoints of a small problem
 CHECKPOINT_WORK = 200_000  # steps times unknowns after which a larger one is due
 
@@ -70,13 +71,18 @@ class Schedule:
     landings_s: tuple[float, ...] = ()
     rtol: float = 1e-3
     ramp_end_s: float = 0.0
-    load_steps: int = 20
+    load_steps: int = LOAD_STEPS
     small_um: float = 1e-3
 
     @property
     def scale_s(self) -> float:
         """The time within which the load changes [s]: the ramp, or the whole time without one."""
         return self.ramp_end_s or self.end_s
+
+    @property
+    def skips_the_ramp(self) -> bool:
+        """Whether a load that comes on bit by bit may be put on at once."""
+        return self.ramp_end_s > 0 and not self.load_steps
 
     def next_landing(self, t: float) -> float:
         """The first landing time after t [s]."""
@@ -137,6 +143,7 @@ class Run:
         self.stepping = TimeSteps(self) if body.rate_dependent else LoadSteps(self)
         unknowns = 2 * body.space.dofmap.index_map.size_global
         self.checkpoint_every = max(1, min(CHECKPOINT_STEPS, CHECKPOINT_WORK // unknowns))
+        self._beginning = self.memory() if schedule.skips_the_ramp and not body.rate_dependent else None
 
     def _touch(self) -> None:
         """Translate the resting body until the first quadrature point of the contact would feel the obstacle.
@@ -177,10 +184,21 @@ class Run:
         """
         while self.t < self.schedule.end_s:
             on_step(self.stepping.advance())
-            if self.totals.steps % self.checkpoint_every == 0 and self.t < self.schedule.end_s:
+            due = self.totals.steps % self.checkpoint_every == 0
+            if due and 0 < self.t < self.schedule.end_s:  # at 0 it begins again
                 self.solver.restart()  # as the solver of a run that goes on from here must
                 if on_checkpoint is not None:
                     on_checkpoint(self.memory())
+
+    def retrace(self) -> bool:
+        """Begin again, now along the ramp that was skipped; False where there is none to follow. Collective."""
+        if self._beginning is None or not self.schedule.skips_the_ramp:
+            return False
+        spent, start = self.totals, self._beginning
+        self.recall(Memory({**start.numbers, "load_steps": LOAD_STEPS}, start.fields))
+        self.totals = dataclasses.replace(spent, steps=0, rejected_steps=spent.rejected_steps + spent.steps)
+        self.solver.restart()
+        return True
 
     def rate(self) -> float:
         """Largest nodal displacement rate over the last step [µm/s], 0 at constant load without memory."""
@@ -274,11 +292,12 @@ class Run:
             "last_step_s": self.last_step_s,
             "largest": self.largest,
             "totals": dataclasses.asdict(self.totals),
+            "load_steps": self.schedule.load_steps,
             "out_of_reach": [str(o) for o in self.out_of_reach],
             "ledger": self.ledger.numbers(),
             "stepping": self.stepping.numbers(),
         }
-        fields = {name: f.x.array for name, f in state.items()} | self.ledger.fields() | self.stepping.fields()
+        fields = {name: f.x.array.copy() for name, f in state.items()} | self.ledger.fields() | self.stepping.fields()
         return Memory(numbers, fields)
 
     def recall(self, memory: Memory) -> None:
@@ -291,5 +310,6 @@ class Run:
         self.state.update()
         self.t, self.last_step_s, self.largest = (numbers[key] for key in ("t", "last_step_s", "largest"))
         self.totals = Totals(**numbers["totals"])
+        self.schedule = dataclasses.replace(self.schedule, load_steps=numbers["load_steps"])
         self.ledger.recall(numbers["ledger"], fields)
         self.stepping.recall(numbers["stepping"], fields)

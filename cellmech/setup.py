@@ -28,7 +28,7 @@ from cellmech.observables import Layout, Ring
 from cellmech.outline import Outline
 from cellmech.placement import Placement, placement, standing
 from cellmech.residual import Body
-from cellmech.run import Run, Schedule
+from cellmech.run import LOAD_STEPS, Run, Schedule
 from cellmech.scene import LAYER_NAMES, LayerName, Scene
 
 # Units inside: µm, s, Pa.
@@ -38,7 +38,6 @@ M_S2 = 1e6  # m/s^2 in µm/s^2
 ZONE_OVER_HERTZ = 1.32  # on Table 1 the contact edge lies at 0.9 of Hertz's half-width, the membrane's peaks beyond it
 NEAR = 5e-4  # of the radius: an obstacle that near is modelled from the start
 SMALL = 0.15  # of the load over the softest stiffness: below such a displacement errors are not relative to it
-LOAD_STEPS = 20  # reported equilibria of a ramp when nothing depends on rate
 OVERLAP = 1e-6  # of the radius: so deep an obstacle may begin, for rounding
 NONE = Additions()
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from problems import block, displacement_space, hold, wet
+from problems import block, displacement_space, hold, solid, wet
 
 from cellmech.materials import mixtures
 from cellmech.residual import Body
@@ -18,6 +18,49 @@ def creeping(end_s=2.0, **schedule):
     bcs = (hold(space, domain, "left", 0), hold(space, domain, "outer", 1))
     body = Body(domain, mixtures(domain, {"solid": material}), space, bcs, tractions={"right": (2.0, 0.0)})
     return Run(body, Schedule(end_s, **schedule), 2.0)
+
+
+def stretched(**schedule):
+    domain = block(bottom="outer")
+    space = displacement_space(domain)
+    bcs = (hold(space, domain, "left", 0), hold(space, domain, "outer", 1))
+    ramp = {"amplitude": lambda t: min(t, 1.0), "tractions": {"right": (2.0, 0.0)}}
+    return Run(Body(domain, mixtures(domain, {"solid": solid()}), space, bcs, **ramp), Schedule(2.0, **schedule), 2.0)
+
+
+def followed(run, memory=None, on_checkpoint=None):
+    """The states of a run that, where it can, begins again from its first one, and goes on from a memory if given."""
+    steps = []
+
+    def on_step(step):
+        if steps or not run.retrace():
+            steps.append((step.t_s, step.amplitude, *run.u))
+
+    if memory is not None:
+        run.recall(memory)
+    run.run(on_step, on_checkpoint)
+    return steps
+
+
+def test_skipped_ramp_can_be_followed_after_all_once():
+    run = stretched(ramp_end_s=1.0, load_steps=0)
+    steps = followed(run)
+    assert steps == followed(stretched(ramp_end_s=1.0))  # as if load steps had been asked for
+    assert [t for t, *_ in steps] == pytest.approx([k / 20 for k in range(1, 21)] + [2.0])
+    assert (run.totals.steps, run.totals.rejected_steps) == (21, 1)
+    assert not run.retrace()
+
+
+def test_there_is_nothing_to_follow_where_no_ramp_was_skipped():
+    for schedule in ({"ramp_end_s": 1.0}, {"load_steps": 0}):
+        assert not stretched(**schedule).retrace()
+    assert not creeping(ramp_end_s=1.0, load_steps=0).retrace()  # its steps follow the ramp in any case
+
+
+def test_run_that_follows_the_ramp_after_all_goes_on_so_from_a_checkpoint():
+    kept = []
+    steps = followed(stretched(ramp_end_s=1.0, load_steps=0), on_checkpoint=kept.append)
+    assert followed(stretched(ramp_end_s=1.0, load_steps=0), kept[0]) == steps[10:]
 
 
 def test_rate_is_the_largest_nodal_displacement_of_the_last_step_over_its_time():

@@ -66,14 +66,22 @@ def test_load_beyond_the_stable_range_stops_at_the_last_stable_state(law, factor
     assert float(saved[-1].get("timestep")) == result["t_s"]
 
 
-def test_unstable_end_state_is_no_solution_but_is_kept(tmp_path):
-    """Without a history there is no state before the end: what was found is kept to be looked at."""
+def test_unstable_end_state_is_no_solution_and_the_last_stable_state_is_sought_along_the_load(tmp_path):
     data = {**END_ONLY, "cell": {"law": "saint-venant"}, "load": {"factor": 3.55}}
     result = solve(tmp_path, data)
     assert result["status"] == "failed"
-    assert result["reason"].startswith("ellipticity is lost at t = 18000 s, load amplitude 1: margin -")
-    assert result["stability"]["margin"] < 0 and result["stability"]["layer"] == "cytosol"
-    assert (tmp_path / "fields_0000.vtu").exists() and result["cell"]["det_F_min"] > 0
+    when = re.match(r"ellipticity is lost at t = (\d+) s, load amplitude 0\.9\d+: margin -", result["reason"])
+    assert when, result["reason"]
+    assert "in the last state, which is saved" in result["reason"]
+    assert result["t_s"] == pytest.approx(float(when[1]) - 500.0)  # twenty load steps to the ramp's 10,000 s
+    assert result["stability"]["margin"] > 0 and result["stability"]["layer"] == "cytosol"
+    with open(tmp_path / "history.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == result["steps"] == round(result["t_s"] / 500)
+    saved = ElementTree.parse(tmp_path / "fields.pvd").findall(".//DataSet")
+    assert [float(one.get("timestep")) for one in saved] == [result["t_s"]]
+    first = "ellipticity is lost at t = 18000 s, load amplitude 1: margin -"
+    assert any(line.startswith(first) for line in (tmp_path / "run.log").read_text().splitlines())
 
 
 def test_verdict_on_a_collapse_says_that_the_material_had_given_way(tmp_path):
