@@ -16,6 +16,7 @@ from cellmech.scene import Scene
 from cellmech.study_file import load_study
 
 STUDIES = Path(__file__).resolve().parents[2] / "studies"
+ABSENT = "no result"
 FOLDERS = {  # table -> the studies that have its cases; the first is the one that says which these are
     "fig2": ("fig2", "fig3"),
     "fig4": ("fig4",),
@@ -112,13 +113,14 @@ class Ours:
         raise InputError(str(STUDIES / f"{table}.toml"), "", rule, at(place) or None)
 
     def unsolved(self) -> list[str]:
-        """One line for each case that is missing or failed."""
-        return [
-            f"{table}/{slot.name}: {slot.reason}"
-            for table, slots in self.slots.items()
-            for slot in slots
-            if slot.reason
-        ]
+        """One line for each case that is missing or failed, or for a study none of whose cases is there."""
+        lines = []
+        for table, slots in self.slots.items():
+            if any(slot.case is not None or slot.lack != ABSENT for slot in slots):
+                lines += [f"{table}/{slot.name}: {slot.reason}" for slot in slots if slot.reason]
+            else:
+                lines.append(f"{table}: none of its {len(slots)} cases has a result (make paper-runs solves them)")
+        return lines
 
     def study(self, table: str) -> StudyResult:
         """The cases of a table that have a result, for `figures.style.provenance`."""
@@ -148,7 +150,7 @@ def _slots(results: Path, studies: Path, stems: Sequence[str]) -> list[Slot]:
     for case in cases:
         folders = [results / stem / case.name for stem in stems]
         there = next((folder for folder in folders if (folder / "result.json").is_file()), None)
-        slot = Slot(case.name, case.scene, (), load(there) if there else None, "no result")
+        slot = Slot(case.name, case.scene, (), load(there) if there else None, ABSENT)
         found.append(replace(slot, case=None, lack="solved with other inputs") if _is_other(slot) else slot)
     if len(stems) > 1:  # laws, or simulations with a name
         return found
