@@ -11,7 +11,7 @@ from dolfinx.fem import petsc
 from petsc4py import PETSc
 
 from cellmech.forms import compile_form
-from cellmech.residual import Body, State, contact_work, load_work, stored_energy, viscous_work
+from cellmech.residual import Body, State, contact_work, kinetic_energy, load_work, stored_energy, viscous_work
 
 Fields: TypeAlias = dict[str, np.ndarray]
 
@@ -37,6 +37,7 @@ class Ledger:
         comm = body.domain.mesh.comm
         w = ufl.TestFunction(body.space)
         self._stored = compile_form(stored_energy(body, state), comm)
+        self._kinetic = None if body.density is None else compile_form(kinetic_energy(body, state), comm)
         terms = {
             "load": load_work(body, w),
             "viscous": viscous_work(body, state, w),
@@ -82,14 +83,8 @@ class Ledger:
         return float(self._sum(fem.assemble_scalar(self._stored)))
 
     def kinetic(self) -> float:
-        """Kinetic energy after the last accepted step [Pa µm^2]; 0 for a quasi-static body. Collective."""
-        if self.body.density is None:
-            return 0.0
-        if not hasattr(self, "_kinetic"):
-            v = self.state.v_n
-            form = 0.5 * self.body.density * ufl.dot(v, v) * self.body.domain.dx(self.body.bulk_degree)
-            self._kinetic = compile_form(form, self.body.domain.mesh.comm)
-        return float(self._sum(fem.assemble_scalar(self._kinetic)))
+        """Kinetic energy now [Pa µm^2]; 0 for a quasi-static body. Call before history moves; collective."""
+        return 0.0 if self._kinetic is None else float(self._sum(fem.assemble_scalar(self._kinetic)))
 
     def add_step(self, amplitude: float, step: float) -> None:
         """Book the step [s] from the last accepted displacement to now. Call before history moves; collective."""

@@ -33,9 +33,10 @@ class Interrupts:
             signal.signal(signum, handler)
 
     def arm(self) -> None:
-        """Take the signals; to be called again after libraries that take them for themselves, as Gmsh does."""
+        """Take the signals; to be called again after libraries that take them for themselves, as Gmsh and PETSc do."""
         for signum in self.before:
             signal.signal(signum, self._handle)
+        signal.signal(signal.SIGPIPE, signal.SIG_IGN)  # as Python has it: a reader that goes away is an OSError
 
     def check(self) -> None:
         """Raise for a signal whose exception got lost in a callback, where Python drops exceptions."""

@@ -132,6 +132,12 @@ def stored_energy(body: Body, state: State) -> ufl.Form:
     return sum(m.solid(E, state.p)[0] * body.domain.dx(body.bulk_degree, m.names) for m in body.mixtures)
 
 
+def kinetic_energy(body: Body, state: State) -> ufl.Form:
+    """rho v^2 / 2 over a body with density [Pa µm^2], at the current time."""
+    v, rho = state.velocity(), fem.Constant(body.domain.mesh, body.density)
+    return 0.5 * rho * ufl.dot(v, v) * body.domain.dx(body.bulk_degree)
+
+
 def internal_work(body: Body, state: State, w: Any) -> ufl.Form:
     """Virtual work of the solid stress, int P : grad w dV with P = F c_s S_s [Pa µm] (eqs 6, 32)."""
     F, E = deformation_gradient(state.u), embed(green_lagrange(state.u))

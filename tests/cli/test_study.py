@@ -2,11 +2,14 @@
 
 import csv
 import json
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 from cli import fake_case
-from cli.programs import cases, program, tree
+from cli.programs import ENVIRONMENT, cases, program, tree
 
 from cellmech import archive
 from cellmech.command import understand
@@ -403,6 +406,24 @@ def test_closed_pipe_does_not_stop_a_study(my):
     outcome = program(program=("-c", f"import sys; sys.path.insert(0, {str(Path(__file__).parents[1])!r})\n{code}"))
     assert (outcome.status, outcome.err) == (0, "")
     assert len(table("results/my/summary.csv")) == 2
+
+
+def test_reader_that_goes_away_does_not_stop_the_solver(folder):
+    """`| head`: PETSc, once loaded, would take the signal of a closed pipe for a crash."""
+    scene = "[mesh]\nsize_um = 5.0\n[time]\nhistory = false\n"
+    Path("my.toml").write_text(scene + cases("a", "b").partition("\n")[2])
+    read, write = os.pipe()
+    study = subprocess.Popen(
+        [sys.executable, "-m", "cellmech.study", "my.toml"],
+        env=ENVIRONMENT,
+        stdout=write,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    os.close(write)
+    os.close(read)
+    assert (study.communicate(timeout=120)[1], study.returncode) == ("", 0)
+    assert [row["status"] for row in table("results/my/summary.csv")] == ["solved", "solved"]
 
 
 def test_history_is_on_disk_before_the_case_ends(fake, my, monkeypatch):
