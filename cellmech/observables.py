@@ -184,10 +184,11 @@ class Observer:
             peak = self.peaks[name].get(quantity, (-np.inf, 0.0))[0]
             if largest - peak > SETTLED * abs(largest - REST[k]):
                 self.peaks[name][quantity] = (largest, t_s)
+            over_time = self.peaks[name][quantity] if self.run.has_a_way else (None, None)
             values[f"{quantity}_max{unit}"] = largest
             values[f"{quantity}_max_at_um"] = places[k]
-            values[f"{quantity}_max_over_time{unit}"] = self.peaks[name][quantity][0]
-            values[f"{quantity}_max_time_s"] = self.peaks[name][quantity][1]
+            values[f"{quantity}_max_over_time{unit}"] = over_time[0]
+            values[f"{quantity}_max_time_s"] = over_time[1]
             values[f"{quantity}_mean{unit}"] = float(means[k])
         values["pressure_min_Pa"], values["det_F_min"] = (float(value) for value in row[LOWEST])
         values["pressure_gradient_max_Pa_per_um"] = float(row[STEEPEST])
@@ -250,18 +251,19 @@ class Observer:
             result["half_width_um"] = length * layout.copies / 2
         return result
 
-    def _energy(self) -> dict[str, float]:
+    def _energy(self) -> dict[str, float | None]:
         ledger, copies = self.run.ledger, self.layout.copies
-        works = {
-            "gravity_work": ledger.load_work,
-            "stored": ledger.stored(),
-            "dissipated": ledger.dissipated,
-            "contact_work": ledger.contact_work,
+        stored = {"stored": ledger.stored() * copies}
+        if not self.run.has_a_way:
+            return {**dict.fromkeys(("gravity_work", "dissipated", "contact_work", "balance_error")), **stored}
+        energies = stored | {
+            "dissipated": ledger.dissipated * copies,
+            "contact_work": ledger.contact_work * copies,
         }
         if self.run.body.density is not None:
-            works["kinetic"] = ledger.kinetic()
-        works["balance_error"] = 2 * works["gravity_work"] - sum(works.values())
-        return {name: float(value) * copies for name, value in works.items()}
+            energies["kinetic"] = ledger.kinetic() * copies
+        work = ledger.load_work * copies
+        return {"gravity_work": work, **energies, "balance_error": work - sum(energies.values())}
 
 
 def top_of(pillar: Pillar, x: float) -> float | None:

@@ -29,6 +29,9 @@ def test_end_state_is_that_of_the_history(law, tmp_path):
     end = solve(tmp_path / "end", {**data, "time": {"history": False}})
     assert end["steps"] == 1 < history["steps"]
     assert end["settled"] == 0.0
+    assert end["energy"] == {**dict.fromkeys(history["energy"]), "stored": end["energy"]["stored"]}
+    assert end["energy"]["stored"] == pytest.approx(history["energy"]["stored"], rel=1e-4)
+    assert {end["cell"][key] for key in end["cell"] if "over_time" in key or "max_time" in key} == {None}
     there, here = flatten(history), flatten(end)
     compared = [key for key in there if not any(part in key for part in (*HISTORY_ONLY, *PLACES))]
     assert len(compared) > 60

@@ -339,4 +339,5 @@ def test_half_cell_reports_what_the_full_one_does(tmp_path):
     for key in here:
         if "_at_um" in key or "lateral" in key or key.endswith("balance_error"):
             continue  # a maximum may be the mirror image's; round-off
-        assert there[key] == pytest.approx(here[key], rel=1e-6, abs=1e-9), key
+        known = None if here[key] is None else pytest.approx(here[key], rel=1e-6, abs=1e-9)
+        assert there[key] == known, key
