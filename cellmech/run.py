@@ -16,10 +16,11 @@ from cellmech.energy import Ledger
 from cellmech.modes import RigidModes
 from cellmech.outline import Outline
 from cellmech.residual import Body, State
-from cellmech.snes import Outcome, Solver
+from cellmech.snes import TOLERANCE, Outcome, Solver
 from cellmech.stepping import LoadSteps, TimeSteps
 
 TOUCHING = 1e-12  # load amplitude at which the resting body counts as just touching
+MOVING_TOLERANCE = 1e-10  # of the solver with inertia: velocities carry what is left from step to step
 LOAD_STEPS = 20  # reported equilibria of a ramp when nothing depends on rate
 CHECKPOINT_STEPS = 10  # accepted steps between two checkpoints of a small problem
 CHECKPOINT_WORK = 200_000  # steps times unknowns after which a larger one is due
@@ -158,13 +159,20 @@ class Run:
 
     def _bind(self, body: Body) -> None:
         self.body = body
-        self.solver = Solver(body, self.state, self.force_scale, modes=self.modes)
+        tolerance = TOLERANCE if body.density is None else MOVING_TOLERANCE
+        self.solver = Solver(body, self.state, self.force_scale, tolerance, self.modes)
 
     @property
     def jumps(self) -> bool:
         """Whether the displacement jumps at the start: a load that is there at once meets a contact without inertia."""
         body = self.body
         return body.density is None and bool(body.obstacles) and body.amplitude(0.0) != 0.0
+
+    @property
+    def has_a_way(self) -> bool:
+        """Whether there are states between rest and the load: else what is over time is not known, such as work."""
+        follows = self.schedule.ramp_end_s > 0 and self.schedule.load_steps > 0
+        return self.body.rate_dependent or follows
 
     @property
     def u(self) -> np.ndarray:

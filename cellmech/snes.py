@@ -18,6 +18,7 @@ from cellmech.modes import BorderedLU, RigidModes
 from cellmech.residual import Body, State, equilibrium, load_work
 from cellmech.saddle import Elimination, Saddle
 
+TOLERANCE = 1e-7  # share of the load that may be out of balance
 ROUGH = 1e-3  # share of the load that may be out of balance in a state on the way to another
 ROUND_OFF = 1e-13  # share of the force scale that residuals are never asked to go below
 STALLED = 1e-10  # share of the force scale at which a residual that stays has met round-off, not trouble
@@ -65,7 +66,12 @@ class Solver:
     """
 
     def __init__(
-        self, body: Body, state: State, force_scale: float, tolerance: float = 1e-7, modes: RigidModes | None = None
+        self,
+        body: Body,
+        state: State,
+        force_scale: float,
+        tolerance: float = TOLERANCE,
+        modes: RigidModes | None = None,
     ) -> None:
         self.body, self.state, self.modes = body, state, modes
         self.comm: MPI.Comm = body.domain.mesh.comm
@@ -176,7 +182,8 @@ class Solver:
         It is a sum of stiffness times position of which each term is rounded: 3e-10 of the weight was met with a lamina
         of 1e5 Pa, where the tolerance is 1e-11 of it.
         """
-        rounding = np.finfo(float).eps * self._stiffness * self._extent
+        moved = self.comm.allreduce(float(np.abs(self.state.u.x.array).max(initial=0.0)), op=MPI.MAX)
+        rounding = np.finfo(float).eps * self._stiffness * (self._extent + moved)
         return max(STALLED * self._force_scale, min(rounding, LARGEST_NOISE * self._force_scale))
 
     def _use(self, search: str) -> None:
