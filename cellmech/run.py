@@ -117,6 +117,7 @@ class Run:
         force_scale: a force per depth such as the weight [Pa µm].
         out_of_reach: further obstacles; each enters the problem when the body comes to it.
         modes: makes the rigid modes to take out, if any.
+        touching: whether the body, at rest, touches an obstacle, and does not fall onto it.
         log: receives one line of text now and then.
     """
 
@@ -127,6 +128,7 @@ class Run:
         force_scale: float,
         out_of_reach: Sequence[Obstacle] = (),
         modes: RigidModes | None = None,
+        touching: bool = True,
         log: Callable[[str], None] = lambda line: None,
     ) -> None:
         self.schedule, self.force_scale, self.modes, self.log = schedule, force_scale, modes, log
@@ -137,7 +139,7 @@ class Run:
         self.outline = Outline(body.domain, body.space, "outer")
         self.largest = 0.0
         self.ledger = Ledger(body, self.state)
-        if body.density is None and body.obstacles:
+        if touching and body.obstacles:
             self._touch()
         self._bind(body)
         self.ledger.begin(body.amplitude(0.0) if body.rate_dependent and not self.jumps else 0.0)

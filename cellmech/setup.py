@@ -38,6 +38,7 @@ M_S2 = 1e6  # m/s^2 in µm/s^2
 ZONE_OVER_HERTZ = 1.32  # on Table 1 the contact edge lies at 0.9 of Hertz's half-width, the membrane's peaks beyond it
 NEAR = 5e-4  # of the radius: an obstacle that near is modelled from the start
 SMALL = 0.15  # of the load over the softest stiffness: below such a displacement errors are not relative to it
+SMALL_FALL_UM = 1e-3  # the same for a cell that falls
 OVERLAP = 1e-6  # of the radius: so deep an obstacle may begin, for rounding
 NONE = Additions()
 
@@ -231,6 +232,11 @@ class Setup:
         """Whether nothing tells left from right: a symmetric scene, or a flat alone in reach."""
         return self.mirror_symmetric or all(isinstance(o, Flat) for o in self.body.obstacles)
 
+    @property
+    def falls(self) -> bool:
+        """Whether the cell begins in the air and its fall is computed."""
+        return self.scene.cell.inertia and (self.scene.cell.gap_um > 0 or not self.place.touch)
+
     def refuse_without_equilibrium(self) -> None:
         """Raise SolveError where statics alone says that there is none."""
         if self.scene.cell.inertia or self.weight == 0:
@@ -266,7 +272,12 @@ class Setup:
         return Schedule(end, tuple(sorted(landings)), scene.time.rtol, ramp_end, load_steps, self._small_um())
 
     def _small_um(self) -> float:
-        """A displacement that is small beside what the load leads to [µm]: on Table 1 a twentieth of it."""
+        """A displacement that is small beside what the load leads to [µm]: on Table 1 a twentieth of it.
+
+        For a cell that falls a small displacement is that of its first moments.
+        """
+        if self.falls:
+            return SMALL_FALL_UM
         layers = map(self.scene.layer_of, LAYER_NAMES)
         soft = min(layer.young_Pa * max(1 - layer.fluid_fraction, 0.1) for layer in layers)
         radius = self.scene.radius_um
@@ -277,4 +288,4 @@ class Setup:
         modes = None
         if not self.half and not self.scene.cell.inertia:
             modes = rigid_modes(self.body, self.centre, sideways=self.free_sideways)
-        return Run(self.body, self.schedule(), self.force_scale, self.out_of_reach, modes, log)
+        return Run(self.body, self.schedule(), self.force_scale, self.out_of_reach, modes, not self.falls, log)

@@ -10,6 +10,7 @@ pytestmark = pytest.mark.mpi
 SCENES = {
     "half": 'title = "half"\n[mesh]\nsize_um = 3.0\n[time]\nend_s = 3000.0\n',
     "full": 'title = "full"\n[cell]\nshape = "full"\n[mesh]\nsize_um = 4.0\n[time]\nend_s = 1000.0\nrtol = 1e-2\n',
+    "inertia": 'title = "i"\n[cell]\ninertia = true\n[mesh]\nsize_um = 4.0\n[time]\nend_s = 2000.0\nrtol = 1e-2\n',
     "mixed": 'title = "m"\n[cell]\npoisson = 0.499\n[mesh]\nsize_um = 2.5\n[time]\nend_s = 1000.0\nrtol = 1e-2\n',
 }
 

@@ -15,7 +15,7 @@ from cellmech.study_file import Case
 
 SCENES = {
     "fluid": {},
-    "inertia": {"cell": {"inertia": True}, "load": {"factor": 3.0}, "mesh": {"size_um": 6.0}, "time": {"rtol": 0.05}},
+    "inertia": {"cell": {"inertia": True}, "load": {"factor": 3.0}, "mesh": {"size_um": 6.0}, "time": {"rtol": 0.02}},
     "comes-into-reach": {
         "pillar": [{"half_width_um": 3.0}, {"x_um": 8.0, "half_width_um": 3.0, "height_um": 8.5}],
         "load": {"factor": 8.0},
