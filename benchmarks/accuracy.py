@@ -97,7 +97,7 @@ def solved(out: Path, name: str, scene: Mapping[str, Any], grading: Grading) -> 
         result = json.loads(path.read_text())
         if result["input_hash"] == key:
             return result
-    folder = CaseFolder(path.parent, True, key)
+    folder = CaseFolder(path.parent, MPI.COMM_SELF, key)
     begun = time.process_time()
     result = solve_case(case, folder, MPI.COMM_SELF, plan, lambda progress: None)
     result |= {"input_hash": key, "cpu_s": time.process_time() - begun}

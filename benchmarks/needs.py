@@ -136,7 +136,7 @@ def solve(scene: Scene, forced: str) -> dict[str, Any]:
     if forced == "fluid":
         Material.rate_dependent = property(lambda self: True)  # type: ignore[method-assign,assignment]
     with tempfile.TemporaryDirectory() as path:
-        folder = CaseFolder(Path(path) / "case", lead=True)
+        folder = CaseFolder(Path(path) / "case", MPI.COMM_SELF)
         started = time.process_time()
         result = case_module.solve_case(case, folder, MPI.COMM_SELF, plan, lambda progress: None)
         processor = time.process_time() - started

@@ -109,6 +109,7 @@ def solve_case(
             report(Progress(case.name, step.t_s, scene.time.end_s, run.totals.steps, run.totals.newton_iterations))
             if step.t_s in scene.output.times_s and step.t_s < scene.time.end_s:
                 write_fields(folder, observer, step.t_s, series)
+            folder.agree()
             if run.modes is not None:
                 _refuse_sliding(scalars["contact"])
             if found is not None and found.lost:
@@ -128,6 +129,7 @@ def solve_case(
         folder.log(f"failed: {reason}")
     if scalars and run is not None:
         write_fields(folder, observer, run.t, series)
+    folder.agree()
     result = _provenance(case, setup, run, comm)
     if run is not None:
         run.close()

@@ -20,7 +20,7 @@ from cellmech.archive import alone_in, finished, forget, input_key, signed, sour
 from cellmech.case import Progress, solve_case
 from cellmech.errors import InputError, SolveError
 from cellmech.layering import mesh_plan
-from cellmech.post import agreed
+from cellmech.post import agreed, together
 from cellmech.records import CHECKPOINT, LOG, RESULT, CaseFolder
 from cellmech.result import Result, load
 from cellmech.scene import Scene
@@ -67,8 +67,7 @@ def solve(
     try:
         _solve(asked, path, additions or Additions(), comm, fresh, progress)
         comm.barrier()  # what rank 0 writes is there
-        result = replace(load(path), scene=asked)  # what is there may have another title
-        comm.barrier()  # nobody reads any more
+        result = replace(together(comm, lambda: load(path)), scene=asked)  # what is there may have another title
         if check and result.failure:
             raise SolveError(result.failure if own else f"{result.failure} (see {path / LOG})")
     except BaseException:
@@ -127,8 +126,9 @@ def _solve(
 
         if agreed(comm, enter):
             return
-        folder = CaseFolder(path, comm.rank == 0, key)
+        folder = CaseFolder(path, comm, key)
         try:
+            folder.agree()
             record = solve_case(case, folder, comm, plan, progress, additions)
             folder.finish(signed(record, case.name, source_hash(), key))
         finally:

@@ -119,6 +119,20 @@ def meet(comm: MPI.Comm) -> None:
     wait(comm.Ibarrier())
 
 
+def together(world: MPI.Comm, make: Callable[[], T]) -> T:
+    """What `make` returns on this rank; an error of ours or the disk's on any rank is raised on all. Collective."""
+    made: list[T] = []
+    fault: CellmechError | OSError | None = None
+    try:
+        made.append(make())
+    except (CellmechError, OSError) as error:
+        fault = error
+    for met in world.allgather(fault):
+        if met is not None:
+            raise met
+    return made[0]
+
+
 def agreed(world: MPI.Comm, make: Callable[[], T]) -> T:
     """What `make` returns on rank 0, on every rank; an error of ours or the disk's is raised on all. Collective."""
     outcome: tuple[Any, CellmechError | OSError | None] | None = None

@@ -9,13 +9,16 @@ import json
 import math
 import os
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from numbers import Integral, Real
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from cellmech.sealed import file_hashes, json_text, plain, sealed
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 Scalar = float | int | None
 
@@ -103,26 +106,46 @@ def _cell(value: Any) -> str:
 class CaseFolder:
     """The files of one case. What an earlier run left is removed, unless it left a checkpoint, which decides later.
 
+    What the disk refuses is kept, and raised by the next `agree` on every rank alike: one that stopped alone would
+    leave the others waiting for it. Until then no file is replaced.
+
     Args:
         path: the folder, made if need be.
-        lead: whether this is rank 0 of the case's communicator; the calls of the others check and do nothing.
+        comm: the ranks that share the case; the first writes, the calls of the others check and do nothing.
         key: ties what is in the folder to its inputs, `archive.input_key`.
-
-    Raises:
-        OSError: here and in every method of the lead, when the disk refuses.
     """
 
-    def __init__(self, path: Path, lead: bool, key: str = "") -> None:
-        self.path, self.lead, self.key = path, lead, key
+    def __init__(self, path: Path, comm: MPI.Comm, key: str = "") -> None:
+        self.path, self.comm, self.lead, self.key = path, comm, comm.rank == 0, key
         self._rows: list[dict[str, str]] = []
         self._unsaved, self._next_flush = False, -math.inf
         self._log: io.TextIOBase | None = None
-        if lead:
-            path.mkdir(parents=True, exist_ok=True)
-            goes_on = (path / CHECKPOINT).exists()
-            self._log = open(path / LOG, "a" if goes_on else "w", buffering=1, encoding="utf-8")
-            if not goes_on:
-                self.begin_afresh()
+        self._fault: OSError | None = None
+        if self.lead:
+            with self._tried():
+                path.mkdir(parents=True, exist_ok=True)
+                goes_on = (path / CHECKPOINT).exists()
+                self._log = open(path / LOG, "a" if goes_on else "w", buffering=1, encoding="utf-8")
+                if not goes_on:
+                    self.begin_afresh()
+
+    @contextmanager
+    def _tried(self) -> Iterator[None]:
+        """Keep what the disk refuses for `agree`."""
+        try:
+            yield
+        except OSError as error:
+            self._fault = self._fault or error
+
+    def agree(self) -> None:
+        """Meet what the disk has refused since the last time. Collective.
+
+        Raises:
+            OSError: the first of it, on every rank.
+        """
+        fault, self._fault = self.comm.bcast(self._fault), None
+        if fault is not None:
+            raise fault
 
     @property
     def rows(self) -> int:
@@ -135,9 +158,9 @@ class CaseFolder:
             if why:
                 self.log(why)
             self._rows = []
-            for pattern in FROM_AN_EARLIER_RUN:
-                for old in self.path.glob(pattern):
-                    old.unlink()
+            with self._tried():
+                for old in _files(self.path, FROM_AN_EARLIER_RUN):
+                    old.unlink(missing_ok=True)
 
     def history_hash(self) -> str:
         """SHA-256 of the rows of history.csv; empty cells do not count, as a later row may bring a new column."""
@@ -151,7 +174,10 @@ class CaseFolder:
             ValueError: there are not so many, or they are others.
         """
         with open(self.path / HISTORY, encoding="utf-8", newline="") as stream:
-            found = list(csv.DictReader(stream))[:rows]
+            try:
+                found = list(csv.DictReader(stream))[:rows]
+            except csv.Error as error:
+                raise ValueError(f"{HISTORY} is damaged: {error}") from None
         if len(found) < rows or any(None in row or None in row.values() for row in found):
             raise ValueError(f"{HISTORY} has not the {rows} whole rows that the checkpoint counts on")
         self._rows = found
@@ -159,17 +185,20 @@ class CaseFolder:
             raise ValueError(f"{HISTORY} is damaged: its rows are not those that the checkpoint counts on")
 
     def finish(self, result: Mapping[str, Any]) -> None:
-        """Write result.json, after which no checkpoint is needed."""
+        """Write result.json, after which no checkpoint is needed. Collective; raises as `agree`."""
         self.flush(force=True)
-        if self.lead:
-            found = sorted(path for pattern in DATA for path in self.path.glob(pattern))
-            self.write_text(RESULT, sealed({**result, "files": file_hashes(found)}))
-            (self.path / CHECKPOINT).unlink(missing_ok=True)
+        if self.lead and self._fault is None:
+            with self._tried():
+                files = file_hashes(_files(self.path, DATA))
+                write_whole(self.path / RESULT, sealed({**result, "files": files}))
+                (self.path / CHECKPOINT).unlink(missing_ok=True)
+        self.agree()
 
     def log(self, line: str) -> None:
         """Add a line to run.log; it is on disk at once."""
         if self._log is not None:
-            self._log.write(f"{line}\n")
+            with self._tried():
+                self._log.write(f"{line}\n")
 
     def add_row(self, row: Mapping[str, Scalar]) -> None:
         """Add a row to history.csv, which follows on disk within a few seconds or at the next `flush`.
@@ -186,7 +215,8 @@ class CaseFolder:
     def flush(self, force: bool = False) -> None:
         """Write history.csv if that is due, or now and to the disk."""
         if self._unsaved and (force or time.monotonic() >= self._next_flush):
-            self._write_history(durable=force)
+            with self._tried():
+                self._write_history(durable=force)
 
     def _write_history(self, durable: bool) -> None:
         write_whole(self.path / HISTORY, to_csv(self._rows), durable)
@@ -194,8 +224,9 @@ class CaseFolder:
 
     def write_text(self, name: str, text: str) -> None:
         """Write a file of the folder, whole or not at all."""
-        if self.lead:
-            write_whole(self.path / name, text)
+        if self.lead and self._fault is None:
+            with self._tried():
+                write_whole(self.path / name, text)
 
     def write_json(self, name: str, data: Mapping[str, Any]) -> None:
         """Write a file of the folder as JSON, whole or not at all.
@@ -209,20 +240,26 @@ class CaseFolder:
     def replace_with(self, name: str) -> Iterator[Path]:
         """The path to write a file of the folder to; it gets its name if the block ends well, else it is removed."""
         partial = self.path / f"{PARTIAL}{name}"
-        try:
-            yield partial
-            if self.lead:
-                _move(partial, self.path / name, durable=True)
-        finally:
-            if self.lead:
-                partial.unlink(missing_ok=True)
+        with self._tried():
+            try:
+                yield partial
+                if self.lead and self._fault is None:
+                    _move(partial, self.path / name, durable=True)
+            finally:
+                if self.lead:
+                    partial.unlink(missing_ok=True)
 
     def close(self) -> None:
         """Flush and close, quickly: after a signal mpirun leaves a second. run.log takes no lines afterwards."""
-        try:
+        with self._tried():
             if self._unsaved:
                 self._write_history(durable=False)
-        finally:
+        with self._tried():
             if self._log is not None:
                 self._log.close()
-                self._log = None
+        self._log = None
+
+
+def _files(folder: Path, patterns: Iterable[str]) -> list[Path]:
+    """The files, not folders, of these names."""
+    return sorted(path for pattern in patterns for path in folder.glob(pattern) if path.is_file())

@@ -9,6 +9,8 @@ from contextlib import suppress
 from glob import escape, glob
 from pathlib import Path
 
+from mpi4py import MPI
+
 from cellmech.archive import Record, alone_in, finished, forget, is_final
 from cellmech.records import CHECKPOINT, LOG, RESULT, CaseFolder
 from cellmech.scene_file import scene_to_toml
@@ -54,7 +56,7 @@ def take_over(source: Path, case: Case, folder: Path, key: str) -> Record | None
 
 def _copied(result: Record, source: Path, case: Case, folder: Path, key: str) -> Record | None:
     forget(folder)
-    files = CaseFolder(folder, True, key)
+    files = CaseFolder(folder, MPI.COMM_SELF, key)
     try:
         files.log(f"taken over from {source}, whose log was:")
         files.log((source / LOG).read_text(encoding="utf-8", errors="replace").rstrip("\n"))

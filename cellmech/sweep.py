@@ -9,7 +9,7 @@ import sys
 import time
 import traceback
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
@@ -103,6 +103,10 @@ class _Attempt:
 
     def run(self, solve: Solve) -> None:
         """Solve; whatever goes wrong, the group ends with the same result on every rank, or the whole job ends."""
+        with ExitStack() as self.lock:  # on the folder: until what went wrong, too, is written there
+            self._run(solve)
+
+    def _run(self, solve: Solve) -> None:
         begun, result, reason, trace = time.perf_counter(), None, "", ""
         if self.lead:
             self.post.started(self.index)
@@ -127,19 +131,13 @@ class _Attempt:
             self.post.finished(self.index, result)
 
     def _solve(self, solve: Solve) -> Record:
-        with self._alone() as brought:
-            return brought or self._solve_alone(solve)
+        """Solve, unless another process has brought the result since the start. Collective."""
 
-    @contextmanager
-    def _alone(self) -> Iterator[Record | None]:
-        """Keep other processes from the folder; what one of them has brought since the start. Collective."""
-        with ExitStack() as stack:
+        def enter() -> Record | None:
+            self.lock.enter_context(alone_in(self.job.folder, self._wait))
+            return finished(self.job.folder, self.job.key)
 
-            def enter() -> Record | None:
-                stack.enter_context(alone_in(self.job.folder, self._wait))
-                return finished(self.job.folder, self.job.key)
-
-            yield agreed(self.comm, enter)
+        return agreed(self.comm, enter) or self._solve_alone(solve)
 
     def _wait(self) -> None:
         if not self.waits:
@@ -150,8 +148,9 @@ class _Attempt:
         time.sleep(PAUSE_S)
 
     def _solve_alone(self, solve: Solve) -> Record:
-        folder = CaseFolder(self.job.folder, self.lead, self.job.key)
+        folder = CaseFolder(self.job.folder, self.comm, self.job.key)
         try:
+            folder.agree()
             for note in self.job.notes:
                 folder.log(note)
             result = self._complete(solve(self.job.case, folder, self.comm, self.job.plan, self._report))

@@ -106,7 +106,7 @@ def end_state(settings: Settings, overrides: Sequence[str] = ()) -> dict[str, fl
     texts = [f"{key}={value}" for key, value in ({"time.history": "false"} | dict(settings)).items()]
     (case,) = load_study(None, [*texts, *overrides]).cases
     with tempfile.TemporaryDirectory() as place:
-        folder = CaseFolder(Path(place), lead=True)
+        folder = CaseFolder(Path(place), MPI.COMM_SELF)
         result = solve_case(case, folder, MPI.COMM_SELF, mesh_plan([case]), lambda progress: None)
         folder.close()
     solved = result["status"] == "solved"

@@ -88,6 +88,16 @@ def test_refused_folders_are_removed_but_for_what_another_process_has_put_there(
 
 
 @pytest.mark.mpi
+def test_disk_that_refuses_one_of_the_ranks_that_share_a_case_fails_the_case_alone(folder):
+    Path("my.toml").write_text(cases("a", "b"))
+    Path("results/my/a/history.csv").mkdir(parents=True)
+    outcome = program("my.toml", "--ranks-per-case", 2, "--quiet", ranks=2, program=(FAKE,))
+    assert outcome.status == 1
+    assert "cellmech: a: failed: the disk refuses: Is a directory (" in outcome.err
+    assert outcome.out == "my: 1 of 2 cases solved; summary.csv and a folder per case in results/my/\n"
+
+
+@pytest.mark.mpi
 def test_group_of_ranks_waits_for_another_process_and_takes_its_result(folder):
     Path("my.toml").write_text(cases("last of 2"))
     first = start("my.toml", program=(FAKE,))

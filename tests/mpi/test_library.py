@@ -8,6 +8,7 @@ pytestmark = pytest.mark.mpi
 CODE = """
 import os, sys
 import cellmech
+from cellmech import records
 from mpi4py import MPI
 
 world, coarse = MPI.COMM_WORLD, {"mesh": {"size_um": 8.0}, "time": {"history": False}}
@@ -24,6 +25,20 @@ else:
     first = result.number("lamina.J1_max")
 world.barrier()
 told(f"solved {first:.9g} {len(cellmech.load(world.bcast(folder if world.rank == 0 else None)).series())}")
+
+ours = records.write_whole
+for name in ("history.csv", "result.json"):
+    def full(path, *rest):
+        if path.name == name:
+            raise OSError(28, "No space left on device", name)
+        ours(path, *rest)
+
+    records.write_whole = full
+    try:
+        cellmech.solve(coarse)
+    except OSError as error:
+        told(f"OSError: {error}")
+records.write_whole = ours
 
 def broken(observer):
     if world.rank == 0:
@@ -48,10 +63,12 @@ def test_what_goes_wrong_on_one_rank_is_known_to_both(tmp_path):
     outcome = program(tmp_path / "file", ranks=2, program=("-c", CODE))
     lines = outcome.out.splitlines()
     assert outcome.status == 0, outcome.err
-    assert len(lines) == 8
+    assert len(lines) == 12
     assert lines[::2] == lines[1::2]
     said = (
         "solved 2.0",
+        "OSError: [Errno 28] No space left on device: 'history.csv'",
+        "OSError: [Errno 28] No space left on device: 'result.json'",
         "InputError: folder: must be a folder",
         "SolveError: the observable broken",
         "CellmechError: ",

@@ -37,7 +37,7 @@ def case_of(name):
 
 def solve(case, path, stop_after=None, key="k"):
     """The result; None after a stop at a step, before anything of the next one is saved."""
-    folder = CaseFolder(path, True, key)
+    folder = CaseFolder(path, MPI.COMM_SELF, key)
 
     def report(progress):
         if progress.step == stop_after:

@@ -5,9 +5,11 @@ import io
 import json
 import os
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from mpi4py import MPI
 
 from cellmech import archive, records
 from cellmech.archive import finished, input_key, source_hash, write_tables
@@ -27,7 +29,7 @@ class Plan:
 
 @pytest.fixture
 def folder(tmp_path):
-    with_lead = CaseFolder(tmp_path / "deep" / "case", lead=True)
+    with_lead = CaseFolder(tmp_path / "deep" / "case", MPI.COMM_SELF)
     yield with_lead
     with_lead.close()
 
@@ -91,11 +93,41 @@ def test_replace_with_moves_into_place_at_success_only(folder):
     assert (folder.path / "fields_0000.vtu").read_text() == "new"
 
 
+def test_what_the_disk_refuses_is_kept_for_all_ranks_to_meet(folder, monkeypatch):
+    folder.write_text("scene.toml", "old")
+    fsync = os.fsync
+
+    def refuse(*args):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", refuse)
+    folder.write_text("scene.toml", "new")
+    monkeypatch.setattr(os, "fsync", fsync)
+    with folder.replace_with("checkpoint.npz") as path:  # of rows that may not be there
+        path.write_text("")
+    with pytest.raises(OSError, match="No space"):
+        folder.finish({"status": "solved"})
+    assert names(folder) == ["run.log", "scene.toml"]
+    assert (folder.path / "scene.toml").read_text() == "old"
+    folder.agree()  # it has been met
+    folder.write_text("scene.toml", "new")
+    assert (folder.path / "scene.toml").read_text() == "new"
+
+
+def test_folders_of_others_are_let_be_whatever_their_name(tmp_path):
+    theirs = tmp_path / "fields_paraview"
+    theirs.mkdir()
+    folder = CaseFolder(tmp_path, MPI.COMM_SELF)
+    folder.finish({"status": "solved"})
+    folder.close()
+    assert theirs.is_dir() and json.loads((tmp_path / "result.json").read_text())["files"] == {}
+
+
 def test_folder_begins_afresh_but_keeps_what_is_not_ours(tmp_path):
     for name in ("result.json", "history.csv", "fields_0003.vtu", "fields.pvd", ".partial-9-result.json", "notes.txt"):
         (tmp_path / name).write_text("old")
     (tmp_path / "run.log").write_text("old")
-    folder = CaseFolder(tmp_path, lead=True)
+    folder = CaseFolder(tmp_path, MPI.COMM_SELF)
     folder.log("new")
     assert names(folder) == ["notes.txt", "run.log"]
     assert (tmp_path / "run.log").read_text() == "new\n"  # before it is closed
@@ -103,7 +135,7 @@ def test_folder_begins_afresh_but_keeps_what_is_not_ours(tmp_path):
 
 
 def test_only_the_lead_writes_but_all_ranks_see_a_nan(tmp_path):
-    folder = CaseFolder(tmp_path / "case", lead=False)
+    folder = CaseFolder(tmp_path / "case", SimpleNamespace(rank=1))
     folder.log("line")
     folder.add_row({"t_s": 1.0})
     folder.flush(force=True)
@@ -256,7 +288,7 @@ def test_result_that_cannot_be_served_is_named(tmp_path, content, why):
 def test_solved_result_is_served_in_silence(tmp_path):
     notes = []
     assert finished(tmp_path / "missing", "k", notes.append) is None
-    folder = CaseFolder(tmp_path / "case", lead=True)
+    folder = CaseFolder(tmp_path / "case", MPI.COMM_SELF)
     stored = {"status": "solved", "reason": "", "input_hash": "k", "x": 0.1 + 0.2, "law": "µ"}
     folder.finish(stored)
     folder.close()

@@ -5,6 +5,8 @@ import signal
 import pytest
 from mpi4py import MPI
 
+from cellmech import sweep as sweep_module
+from cellmech.archive import alone_in
 from cellmech.errors import SolveError
 from cellmech.handout import Counter
 from cellmech.interrupts import Interrupted, Interrupts
@@ -100,6 +102,26 @@ def test_error_of_a_case_is_its_result_and_the_next_goes_on(sweep, tmp_path, err
     assert ("Traceback" in (tmp_path / "a/run.log").read_text()) == traced
     assert (tmp_path / "a/history.csv").read_text() == "t_s\n1.0\n2.0\n"
     assert [what[0] for what in heard] == ["started", "failed", "started", "solved"]
+
+
+def test_folder_is_kept_from_others_until_a_failure_is_written(sweep, tmp_path, monkeypatch):
+    """Else a process that waits for it finds no result and solves the case again."""
+    write, met = sweep_module.write_whole, []
+
+    def look_and_write(path, text):
+        with pytest.raises(BlockingIOError), alone_in(path.parent):
+            pass
+        met.append(path.name)
+        write(path, text)
+
+    def solve(case, folder, comm, plan, report):
+        raise SolveError("slides")
+
+    monkeypatch.setattr(sweep_module, "write_whole", look_and_write)
+    sweep(solve, "a")
+    assert met == ["result.json"]
+    with alone_in(tmp_path / "a"):
+        pass
 
 
 def test_disk_that_refuses_is_a_failure_of_the_case(sweep, tmp_path):

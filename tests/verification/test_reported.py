@@ -284,7 +284,7 @@ def test_field_file_has_every_element_as_it_is(observers, tmp_path, which, trian
     """
     observer = observers[which]
     deform(observer, SHEARED, BEFORE)
-    folder = CaseFolder(tmp_path / "case", lead=True)
+    folder = CaseFolder(tmp_path / "case", MPI.COMM_SELF)
     write_fields(folder, observer, 7.0, [])
     folder.close()
     reader = vtkXMLUnstructuredGridReader()
@@ -312,7 +312,7 @@ def test_field_file_has_every_element_as_it_is(observers, tmp_path, which, trian
 def end_state(folder, shape, scene=None):
     scene = scene or {"cell": {"shape": shape}, "mesh": {"size_um": 4.0}, "time": {"history": False}}
     case = Case(shape, read_scene(scene, "test"))
-    files = CaseFolder(folder / shape, lead=True)
+    files = CaseFolder(folder / shape, MPI.COMM_SELF)
     result = solve_case(case, files, MPI.COMM_SELF, mesh_plan([case]), lambda progress: None)
     files.close()
     assert result["status"] == "solved", result["reason"]
