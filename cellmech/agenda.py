@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -10,9 +11,10 @@ from typing import Any
 
 from cellmech.accuracy import assess, bears_on
 from cellmech.accuracy_report import error_trees, report, table_rows
-from cellmech.archive import DISK, Record, finished, forget, input_key, merge_tables, source_hash
+from cellmech.archive import DISK, Record, alone_in, finished, forget, input_key, merge_tables, source_hash
 from cellmech.command import Command, Order
 from cellmech.errors import CellmechError
+from cellmech.post import PAUSE_S
 from cellmech.records import RESULT, to_csv, write_whole
 from cellmech.reuse import solved_beside, take_over
 from cellmech.sealed import sealed
@@ -80,7 +82,7 @@ def _chosen(command: Command, mesh_plan: Callable[..., Any], all_keys: list[dict
 
 def _sort(chosen: list[Job], agenda: Agenda, fresh: bool) -> None:
     first: dict[str, Job] = {}
-    beside: dict[Path, dict[str, Path]] = {}
+    beside: dict[Path, dict[str, list[Path]]] = {}
     for job in chosen:
         notes: list[str] = []
         result, source = finished(job.folder, job.key, notes.append), None
@@ -88,9 +90,11 @@ def _sort(chosen: list[Job], agenda: Agenda, fresh: bool) -> None:
             out = job.folder.parent
             if out not in beside:
                 beside[out] = solved_beside(out)
-            if (source := beside[out].get(job.key)) is not None:
+            for source in beside[out].get(job.key, ()):
                 with suppress(OSError):  # it is solved then; a disk that refuses will say so again
                     result = take_over(source, job.case, job.folder, job.key)
+                if result is not None:
+                    break
         if result is not None:
             agenda.known[job.label] = result
             if source is not None:
@@ -134,8 +138,9 @@ def attach_errors(command: Command, order: Order, results: dict[str, Record]) ->
         results[label] = {**results[label], **error_trees(assessed)}
         folder = order.out / case.name
         try:
-            write_whole(folder / RESULT, sealed(results[label]))
-            write_whole(folder / ACCURACY, to_csv(table_rows(assessed)))
+            with alone_in(folder, wait=lambda: time.sleep(PAUSE_S)):
+                write_whole(folder / RESULT, sealed(results[label]))
+                write_whole(folder / ACCURACY, to_csv(table_rows(assessed)))
         except OSError as error:
             raise CellmechError(f"{folder}: the errors cannot be written ({error.strerror})") from None
         told[label] = report(assessed)

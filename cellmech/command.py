@@ -207,13 +207,7 @@ def _check_folders(orders: Sequence[Order], make: bool) -> None:
                 if path.is_dir():
                     raise InputError("--out", "", "must not hold a folder with the name of a file to write", str(path))
         for order in orders if make else ():
-            missing = [path for path in (order.out, *order.out.parents) if not path.exists()]
-            for path in reversed(missing):
-                with suppress(FileExistsError):  # another process has just made it
-                    path.mkdir()
-                    made.append(path)
-            with tempfile.TemporaryFile(dir=order.out):
-                pass  # the proof: permissions do not tell of read-only and full disks
+            made += _make(order.out)
     except OSError as error:
         _remove(made)
         rule = f"must be a folder that can be made and written to ({error.strerror})"
@@ -221,6 +215,31 @@ def _check_folders(orders: Sequence[Order], make: bool) -> None:
     except BaseException:
         _remove(made)
         raise
+
+
+def _make(folder: Path, tries: int = 5) -> list[Path]:
+    """Make a folder with those above it, and prove that files can be made in it; returns what has been made.
+
+    Raises:
+        OSError: it cannot be; what has been made is removed.
+    """
+    made: list[Path] = []
+    try:
+        for path in reversed([path for path in (folder, *folder.parents) if not path.exists()]):
+            with suppress(FileExistsError):  # another process has just made it
+                path.mkdir()
+                made.append(path)
+        with tempfile.TemporaryFile(dir=folder):
+            pass  # permissions do not tell of read-only and full disks
+    except FileNotFoundError:  # another process, refused, has just removed what it had made
+        _remove(made)
+        if not tries:
+            raise
+        return _make(folder, tries - 1)
+    except OSError:
+        _remove(made)
+        raise
+    return made
 
 
 def _remove(made: Sequence[Path]) -> None:

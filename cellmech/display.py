@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 from rich.console import Console, Group
 from rich.live import Live
 from rich.progress_bar import ProgressBar
@@ -24,18 +26,21 @@ class Display(Plain):
 
     def __exit__(self, *error: object) -> None:
         """Leave the terminal as it was."""
-        self._live.stop()
+        with suppress(OSError):  # here and below: the terminal has been closed
+            self._live.stop()
 
     def line(self, text: str) -> None:
         """Print a line above the display."""
-        self._live.update(self._picture())
-        self._live.console.print(text, markup=False, highlight=False, soft_wrap=True)
+        with suppress(OSError):
+            self._live.update(self._picture())
+            self._live.console.print(text, markup=False, highlight=False, soft_wrap=True)
 
     def tick(self) -> None:
         """Renew the display, if that is due."""
         if self.clock() >= self._next:
             self._next = self.clock() + REFRESH_EVERY_S
-            self._live.update(self._picture(), refresh=True)
+            with suppress(OSError):
+                self._live.update(self._picture(), refresh=True)
 
     def _picture(self) -> Group:
         table = Table.grid(padding=(0, 2))  # Text: a name is no markup

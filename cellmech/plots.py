@@ -18,6 +18,7 @@ from cellmech.errors import CellmechError, InputError
 from cellmech.figures.results import StudyResult, read_planned
 from cellmech.figures.style import save, style
 from cellmech.figures.table import Document
+from cellmech.progress import bear_any_text, say
 from cellmech.result import load
 from cellmech.study_file import load_study
 from cellmech.toml_file import read_toml
@@ -29,10 +30,11 @@ PAPER_NUMBERS = STUDIES / "paper_numbers.toml"
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command line; the exit status is returned."""
     options = _parser().parse_args(arguments)
+    bear_any_text()
     try:
         return int(options.run(options))
     except CellmechError as error:
-        print(f"error: {error}", file=sys.stderr)
+        say(f"error: {error}", sys.stderr)
         return 2 if isinstance(error, InputError) else 1
 
 
@@ -134,7 +136,7 @@ def _movie(options: argparse.Namespace) -> int:
     path = options.out / f"{options.stem}.gif"
     with style():
         count = make_film(load(options.case), path, options.field, options.magnify)
-    print(f"{path}: {count} pictures")
+    say(f"{path}: {count} pictures")
     return 0
 
 
@@ -178,13 +180,13 @@ def _paper(options: argparse.Namespace) -> Mapping[str, Any]:
 def _draw(options: argparse.Namespace, draw: Any, *of: Any) -> int:
     with style():
         for path in save(draw(*of), options.out, options.stem):
-            print(path)
+            say(str(path))
     return 0
 
 
 def _print(options: argparse.Namespace, document: Document) -> int:
-    print(document.markdown())
     document.save(options.out, options.stem)
+    say(document.markdown())
     return 0
 
 
@@ -192,7 +194,7 @@ def _complain(study: StudyResult) -> int:
     """Name the cases that are missing or failed; 1 when there are any."""
     complaint = study.complaint()
     if complaint:
-        print(f"warning: {study.folder}: {complaint}", file=sys.stderr)
+        say(f"warning: {study.folder}: {complaint}", sys.stderr)
     return 1 if complaint else 0
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 import time
@@ -29,12 +30,19 @@ COLUMNS = {  # head of a column of the table -> key of result.json, format
 
 
 def say(text: str, stream: Any = None) -> None:
-    """Print a text; if nobody reads any more (`| head`), go on in silence rather than stop the study."""
+    """Print a text; where that is no longer possible (`| head`, a terminal closed, a full disk), go on in silence."""
     stream = stream or sys.stdout
     try:
         print(text, file=stream, flush=True)
-    except BrokenPipeError:
+    except OSError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())  # what is left goes there, and Python ends in peace
+
+
+def bear_any_text() -> None:
+    """Have standard output and error write what they cannot show as escapes: no name in a file may stop a program."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
 
 
 def on_terminal() -> bool:

@@ -86,7 +86,10 @@ class Result:
             InputError: for a file that is missing or broken, or has no such column.
         """
         path = self.folder / "history.csv"
-        rows = list(csv.DictReader(_text(path).splitlines()))
+        try:
+            rows = list(csv.DictReader(_text(path).splitlines()))
+        except csv.Error as error:
+            raise InputError(str(path), "", f"is no table ({error})", None, AGAIN) from None
         if not rows:
             raise InputError(str(path), "", "holds no accepted step", None, AGAIN)
         found = {}
@@ -186,10 +189,10 @@ def load(folder: str | os.PathLike[str]) -> Result:
     path = folder / "result.json"
     try:
         result = json.loads(_text(path))
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise InputError(str(path), "", f"is no valid JSON: {error}", None, AGAIN) from None
-    if not isinstance(result, dict):
-        raise InputError(str(path), "", "must be a JSON object", None, AGAIN)
+    if not isinstance(result, dict) or not isinstance(result.get("files", {}), dict):
+        raise InputError(str(path), "", "must be a JSON object, and `files` in it one", None, AGAIN)
     if SEAL in result and not is_whole(result):
         raise InputError(str(path), "", "is damaged: its content is not what was written", None, AGAIN)
     there = {name: known for name, known in result.get("files", {}).items() if (folder / name).exists()}

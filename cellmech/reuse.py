@@ -20,15 +20,15 @@ FOREIGN = (OSError, ValueError, RecursionError, TypeError, KeyError, AttributeEr
 OWN = (RESULT, CHECKPOINT, LOG, "scene.toml")  # files that are not copied as they are
 
 
-def solved_beside(out: Path) -> dict[str, Path]:
-    """Folders of cases in the results folders beside `out`, and in `out`, by the key of their final result."""
+def solved_beside(out: Path) -> dict[str, list[Path]]:
+    """Folders of cases in the results folders beside `out`, and in `out`, by the key of their final results."""
     parent = out.parent if out.name else out.absolute().parent
-    found: dict[str, Path] = {}
+    found: dict[str, list[Path]] = {}
     for path in sorted(glob(os.path.join(escape(str(parent)), "*", "*", RESULT))):
         with suppress(*FOREIGN):
             result = json.loads(Path(path).read_text(encoding="utf-8"))
             if is_final(result):
-                found.setdefault(result["input_hash"], Path(path).parent)
+                found.setdefault(result["input_hash"], []).append(Path(path).parent)
     return found
 
 

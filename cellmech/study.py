@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import os
 import sys
 import traceback
@@ -19,7 +18,7 @@ from cellmech.command import Command, parser, understand
 from cellmech.errors import CellmechError, InputError
 from cellmech.interrupts import Interrupted, Interrupts
 from cellmech.post import agreed
-from cellmech.progress import Plain, Quiet, on_terminal, results_table, say
+from cellmech.progress import Plain, Quiet, bear_any_text, on_terminal, results_table, say
 from cellmech.sealed import SEAL, json_text
 from cellmech.sweep import solve_jobs
 
@@ -167,9 +166,7 @@ def close(command: Command, agenda: Agenda, solved: Mapping[str, Record]) -> int
 
 def main(arguments: Sequence[str] | None = None, load: Callable[[], Any] = load_case) -> int:
     """Entry point; the exit status, the same on every rank. Arguments as for `run`."""
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="backslashreplace")  # a name this terminal cannot show must not stop a study
+    bear_any_text()
     world, status = MPI.COMM_WORLD, 1
     shared_memory.release(world)
     try:

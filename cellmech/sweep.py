@@ -21,6 +21,7 @@ from cellmech.errors import CellmechError
 from cellmech.handout import Counter
 from cellmech.interrupts import Interrupts
 from cellmech.post import PAUSE_S, Post, Watcher, agreed
+from cellmech.progress import say
 from cellmech.records import LOG, RESULT, CaseFolder, write_whole
 from cellmech.sealed import sealed
 from cellmech.study_file import Case
@@ -142,7 +143,7 @@ class _Attempt:
     def _wait(self) -> None:
         if not self.waits:
             text = f"cellmech: {self.job.label}: waits for another process that is at work in {self.job.folder}"
-            print(text, file=sys.stderr, flush=True)
+            say(text, sys.stderr)
         self.waits = True
         self.interrupts.check()
         time.sleep(PAUSE_S)
@@ -181,7 +182,7 @@ class _Attempt:
         place = f"rank {self.comm.rank} of {self.comm.size}"
         _append(self.job.folder / LOG, f"failed on {place} alone: {reason}\n{trace}")
         text = f"cellmech: {self.job.label}: {reason} (on {place} alone; all ranks are stopped)"
-        print(text, file=sys.stderr, flush=True)
+        say(text, sys.stderr)
         MPI.COMM_WORLD.Abort(1)
 
     def _record(self, result: Record, trace: str) -> None:

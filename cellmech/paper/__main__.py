@@ -16,6 +16,7 @@ from cellmech.errors import CellmechError, InputError
 from cellmech.paper.comparison import compare
 from cellmech.paper.ours import STUDIES
 from cellmech.paper.printed import PAPER_NUMBERS, read_paper
+from cellmech.progress import bear_any_text, say
 from cellmech.records import write_whole
 
 MOST_FAULTS = 60  # that are named
@@ -26,15 +27,16 @@ Command = Callable[[argparse.Namespace], list[str]]
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command line; the exit status is returned."""
     options = _parser().parse_args(arguments)
+    bear_any_text()
     try:
         faults = options.run(options)
     except CellmechError as error:
-        print(f"error: {error}", file=sys.stderr)
+        say(f"error: {error}", sys.stderr)
         return 2 if isinstance(error, InputError) else 1
     if faults:
         more = f"; and {len(faults) - MOST_FAULTS} more" if len(faults) > MOST_FAULTS else ""
         text = "; ".join(faults[:MOST_FAULTS]) + more
-        print(f"warning: {options.results}: not complete: {text}", file=sys.stderr)
+        say(f"warning: {options.results}: not complete: {text}", sys.stderr)
     return 1 if faults else 0
 
 
@@ -64,7 +66,7 @@ def _parser() -> argparse.ArgumentParser:
 
 def _compare(options: argparse.Namespace) -> list[str]:
     comparison = compare(options.results, options.paper)
-    print("\n".join(comparison.reading()))
+    say("\n".join(comparison.reading()))
     _write(_figures(options) / "compare.md", comparison.markdown())
     _write(_figures(options) / "compare.csv", comparison.csv())
     return comparison.ours.unsolved()
@@ -85,12 +87,12 @@ def _audit(options: argparse.Namespace) -> list[str]:
     from cellmech.paper.audit_tables import audit_csv, audit_markdown, reading
 
     audit = read_audit(options.results, read_paper(options.paper), options.studies)
-    print("\n".join(reading(audit)))
+    say("\n".join(reading(audit)))
     _write(_figures(options) / "audit.md", audit_markdown(audit))
     _write(_figures(options) / "audit.csv", audit_csv(audit))
     with style():
         for path in save(draw_audit(audit), _figures(options), "audit"):
-            print(path)
+            say(str(path))
     return audit.missing()
 
 
@@ -118,9 +120,11 @@ def _calibrate(options: argparse.Namespace) -> list[str]:
     from cellmech import shared_memory
     from cellmech.paper import calibrated
     from cellmech.paper.calibration import end_state, fit_all
+    from cellmech.study_file import load_study
 
     world = MPI.COMM_WORLD
     shared_memory.release(world)
+    load_study(None, options.set)  # refuses a bad override on every rank alike
     solve, paper = partial(end_state, overrides=options.set), read_paper(options.paper)
     try:
         fits = fit_all(paper, solve, world, _say)
@@ -139,7 +143,7 @@ def _calibrate(options: argparse.Namespace) -> list[str]:
 
 
 def _say(line: str) -> None:
-    print(line, flush=True)
+    say(line)
 
 
 def _figures(options: argparse.Namespace) -> Path:
@@ -152,7 +156,7 @@ def _write(path: Path, text: str) -> None:
         write_whole(path, text)
     except OSError as error:
         raise InputError("--out", str(path.parent), f"cannot be written to ({error.strerror or error})") from None
-    print(path)
+    say(str(path))
 
 
 if __name__ == "__main__":

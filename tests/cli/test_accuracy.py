@@ -6,6 +6,9 @@ from pathlib import Path
 import pytest
 from cli.programs import cases, tree
 
+from cellmech import agenda
+from cellmech.archive import alone_in
+
 REFINED = ["mesh-1", "mesh-2", "time", "smoothing", "penalty", "quadrature"]
 
 
@@ -32,6 +35,21 @@ def test_accuracy_solves_each_case_refined_and_writes_the_errors(fake, folder):
     assert "scalars within 1 % of |q - q0|" in outcome.out
     summary = Path("results/my/summary.csv").read_text().splitlines()
     assert len(summary) == 2 and "error.nucleus.J1_max" in summary[0] and "accuracy." not in summary[0]
+
+
+def test_errors_are_written_while_no_other_process_is_at_work_there(fake, folder, monkeypatch):
+    write, met = agenda.write_whole, []
+
+    def look_and_write(path, text):
+        with pytest.raises(BlockingIOError), alone_in(path.parent):
+            pass
+        met.append(path.name)
+        write(path, text)
+
+    monkeypatch.setattr(agenda, "write_whole", look_and_write)
+    Path("my.toml").write_text(cases("a"))
+    assert fake("my.toml", "--accuracy").status == 0
+    assert met == ["result.json", "accuracy.csv"]
 
 
 def test_accuracy_of_a_solved_case_solves_the_refinements_only_and_once(fake, folder):

@@ -69,6 +69,21 @@ def test_results_folder_that_another_process_makes_at_the_same_time_is_shared(fa
     assert (fake("my.toml", "--out", "deep/er").status, fake.solved) == (0, ("a",))
 
 
+def test_results_folder_that_another_process_removes_meanwhile_is_made_again(fake, folder, monkeypatch):
+    """A refused command takes away what it has made."""
+    ours, removed = Path.mkdir, []
+
+    def taken_away(path, *arguments, **options):
+        if path.name == "er" and not removed:
+            removed.append(path.parent.rmdir())
+        ours(path, *arguments, **options)
+
+    monkeypatch.setattr(Path, "mkdir", taken_away)
+    Path("my.toml").write_text(cases("a"))
+    assert (fake("my.toml", "--out", "deep/er").status, fake.solved) == (0, ("a",))
+    assert removed
+
+
 def test_refused_folders_are_removed_but_for_what_another_process_has_put_there(fake, folder, monkeypatch):
     ours = Path.mkdir
 

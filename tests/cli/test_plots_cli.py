@@ -133,6 +133,16 @@ def test_an_output_folder_that_cannot_be_is_bad_input(tmp_path: Path, capsys: py
     assert (tmp_path / "file").read_text() == "in the way"
 
 
+def test_a_table_that_nobody_reads_is_saved(tmp_path: Path) -> None:
+    read, write = os.pipe()
+    os.close(read)
+    command = [sys.executable, "-m", "cellmech.plots", "table1", "--out", str(tmp_path)]
+    done = subprocess.run(command, cwd=ROOT, stdout=write, stderr=subprocess.PIPE, text=True)
+    os.close(write)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / "table1.md").exists()
+
+
 def test_paper_numbers_that_lack_the_table_are_bad_input(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     paper = tmp_path / "paper.toml"
     paper.write_text("[fig4]\n")

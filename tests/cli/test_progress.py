@@ -3,6 +3,7 @@
 import os
 import pty
 import re
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -146,6 +147,36 @@ def test_terminal_gets_a_display_that_is_gone_at_the_end(folder, launcher):
     assert re.search(r"\[[12]/2\] \[red\]slow: solved, 5 steps", text)
     assert text.count("\x1b[?25l") == text.count("\x1b[?25h") == 1  # cursor hidden, and shown again
     assert "\x1b" not in text[text.index("largest values") :]
+
+
+@pytest.mark.parametrize("term", ["xterm", "dumb"])
+def test_terminal_that_is_closed_does_not_stop_a_study(folder, term):
+    """Where SIGHUP is ignored, as after `disown`."""
+    Path("my.toml").write_text(cases("slow", "b"))
+    master, slave = pty.openpty()
+    process = subprocess.Popen(
+        [sys.executable, FAKE, "my.toml"],
+        env={**ENVIRONMENT, "TERM": term},
+        stdin=subprocess.DEVNULL,
+        stdout=slave,
+        stderr=slave,
+        preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN),
+    )
+    os.close(slave)
+    os.read(master, 1)  # it has begun to speak
+    os.close(master)
+    assert process.wait(timeout=120) == 0
+    assert all(Path(f"results/my/{name}/result.json").exists() for name in ("slow", "b"))
+
+
+def test_full_disk_below_standard_output_does_not_stop_a_study(folder):
+    Path("my.toml").write_text(cases("a", "b"))
+    with open("/dev/full", "w") as full:
+        process = subprocess.run(
+            [sys.executable, FAKE, "my.toml"], env=ENVIRONMENT, stdout=full, stderr=subprocess.PIPE, text=True
+        )
+    assert (process.returncode, process.stderr) == (0, "")
+    assert Path("results/my/b/result.json").exists()
 
 
 @pytest.mark.parametrize("ranks", [0, pytest.param(2, marks=pytest.mark.mpi)])

@@ -51,6 +51,15 @@ def test_cases_solved_in_another_study_are_taken_over_whole(fake, earlier):
     assert after == before | changed
 
 
+def test_damaged_result_does_not_hide_a_sound_one(fake, earlier):
+    fake("two.toml")
+    Path("results/one/a/history.csv").write_text("damaged")
+    Path("three.toml").write_text(cases("x", title="Three"))
+    outcome = fake("three.toml")
+    assert (outcome.status, fake.solved) == (0, ())
+    assert "taken over from results/two: x" in outcome.out
+
+
 def test_case_taken_over_is_solved_already_in_the_next_run(fake, earlier):
     fake("two.toml")
     outcome = fake("two.toml")

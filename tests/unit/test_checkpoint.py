@@ -1,5 +1,6 @@
 """A case that is stopped goes on from its checkpoint as if it had never been stopped."""
 
+import csv
 import json
 import os
 import re
@@ -86,6 +87,7 @@ UNUSABLE = {
     "history gone": "No such file",
     "history cut short": "has not the 10 whole rows",
     "history digit": "history.csv is damaged",
+    "history quote": "history.csv is damaged: field larger than field limit",
     "other mesh": "it is of another mesh",
 }
 
@@ -105,6 +107,12 @@ def test_unusable_checkpoint_is_told_of_and_the_case_solved_from_the_start(damag
         content = (path / "history.csv").read_bytes()
         end = content.index(b"\n", content.index(b"\n") + 1)  # of the first row
         (path / "history.csv").write_bytes(content[: end - 1] + bytes([content[end - 1] ^ 1]) + content[end:])
+    elif damage == "history quote":  # one opens a cell that goes on to the end
+        content = (path / "history.csv").read_bytes()
+        end = content.index(b"\n")
+        (path / "history.csv").write_bytes(
+            content[: end + 1] + b'"' + content[end + 2 :] + b"1" * csv.field_size_limit()
+        )
     elif damage == "other mesh":
         mesh = case.scene.mesh.model_copy(update={"size_um": 3.4})
         finer = Case("finer", case.scene.model_copy(update={"mesh": mesh}))

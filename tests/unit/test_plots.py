@@ -148,7 +148,7 @@ class TestResults:
         (tmp_path / "neo-hookean" / "result.json").unlink()
         assert read_study(tmp_path, LAWS[:2]).missing == {"neo-hookean": "not finished (no result.json)"}
 
-    @pytest.mark.parametrize("content", ["", "{", "[]"])
+    @pytest.mark.parametrize("content", ["", "{", "[]", "[" * 100_000, '{"status": "solved", "files": [1]}'])
     def test_a_broken_result_names_its_file(self, tmp_path: Path, content: str) -> None:
         write_study(tmp_path, LAWS[:1])
         (tmp_path / LAWS[0] / "result.json").write_text(content)
