@@ -71,7 +71,7 @@ def set_up(nu: float, size: float, pressure: str) -> Setup:
     settings = {"cell.poisson": nu, "mesh.size_um": size, "mesh.order": 2, "mesh.pressure": pressure}
     settings |= {"time.history": "false"}
     study = load_study(None, [f"{key}={value}" for key, value in settings.items()])
-    return Setup(study.cases[0].scene, MPI.COMM_SELF, mesh_plan(study.cases))
+    return Setup(study.cases[0].scene, MPI.COMM_SELF, mesh_plan(study.cases[0].scene))
 
 
 def cook(n: int, form: str) -> dict[str, float]:

@@ -130,7 +130,7 @@ def solve(scene: Scene, forced: str) -> dict[str, Any]:
 
     case = Case("case", scene)
     pair = {"membrane": INSIDE_OUT[2:], "lamina": INSIDE_OUT[:2]}.get(forced)
-    plan = case_module.mesh_plan([case]) if pair is None else MeshPlan((pair,))
+    plan = case_module.mesh_plan(case.scene) if pair is None else MeshPlan((pair,))
     if forced == "obstacles":
         case_module.Setup = Everything  # type: ignore[misc]
     if forced == "fluid":

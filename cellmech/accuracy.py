@@ -16,6 +16,7 @@ from cellmech.errors import InputError
 from cellmech.records import flatten
 from cellmech.scene import LAYER_NAMES, Scene
 from cellmech.scene_file import read_scene, scene_to_toml
+from cellmech.scene_parts import MOST_ACROSS
 
 PARTS = ("mesh", "time", "quadrature", "smoothing")  # of the numerical error
 MODELLING = "penalty"  # how far the penalty is from a rigid obstacle: an input of the model, not part of the error
@@ -127,7 +128,8 @@ def _wanted(scene: Scene) -> list[tuple[str, str, dict[str, dict[str, float]]]]:
         finer: dict[str, float] = {"size_um": _rounded(mesh.size_um / MESH_RATIO**level)}
         if mesh.contact_size_um is not None:
             finer["contact_size_um"] = _rounded(mesh.contact_size_um / MESH_RATIO**level)
-        wanted.append((f"mesh-{level}", "mesh", {"mesh": finer | {"thin_layers": mesh.thin_layers + level}}))
+        finer["thin_layers"] = min(mesh.thin_layers + level, MOST_ACROSS)
+        wanted.append((f"mesh-{level}", "mesh", {"mesh": finer}))
     if scene.time.history and (scene.cell.inertia or _viscous(scene)):
         wanted.append(("time", "time", {"time": {"rtol": _rounded(scene.time.rtol / TIME_RATIO)}}))
     degrees = {"mesh": {"quadrature_degree": mesh.quadrature_degree + 2}}

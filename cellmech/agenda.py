@@ -66,17 +66,17 @@ def draw_up(command: Command, mesh_plan: Callable[..., Any]) -> Agenda:
 def _chosen(command: Command, mesh_plan: Callable[..., Any], all_keys: list[dict[str, str]]) -> list[Job]:
     jobs = []
     for order in command.orders:
-        layers = mesh_plan(order.study.cases)
-        keys = {case.name: input_key(case, layers) for case in order.study.cases}
+        keys = {case.name: input_key(case, mesh_plan(case.scene)) for case in order.study.cases}
         all_keys.append(keys)
         for case in order.chosen:
             label, folder = command.label(order, case), order.out / case.name
-            jobs.append(Job(label, case, folder, layers, keys[case.name], source_hash()))
+            jobs.append(Job(label, case, folder, mesh_plan(case.scene), keys[case.name], source_hash()))
             for refinement in order.refined(case):
                 label = command.label(order, case, refinement)
                 finer = Case(f"{case.name} [{refinement.name}]", refinement.scene)
                 place = folder / REFINED / refinement.name
-                jobs.append(Job(label, finer, place, layers, input_key(finer, layers), source_hash()))
+                plan = mesh_plan(finer.scene)
+                jobs.append(Job(label, finer, place, plan, input_key(finer, plan), source_hash()))
     return jobs
 
 

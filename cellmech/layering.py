@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from cellmech.disc import Grading
 from cellmech.scene import LAYER_NAMES, LayerName, Scene
-from cellmech.study_file import Case
 
 INSIDE_OUT: tuple[LayerName, ...] = tuple(reversed(LAYER_NAMES))
 MERGED: dict[tuple[LayerName, ...], str] = {("nucleoplasm", "lamina"): "nucleus", ("cytosol", "membrane"): "cytoplasm"}
@@ -17,7 +15,7 @@ THINNEST = 5e-3  # of the radius: their least width
 
 @dataclass(frozen=True)
 class MeshPlan:
-    """How the cases of a study are meshed.
+    """How a case is meshed.
 
     Args:
         merged: pairs of layers that are meshed as one (`mesh_plan`).
@@ -63,11 +61,10 @@ def _with_fades(scene: Scene, interfaces: list[tuple[str, float]]) -> list[tuple
     return found
 
 
-def mesh_plan(cases: Sequence[Case]) -> MeshPlan:
+def mesh_plan(scene: Scene) -> MeshPlan:
     """Mesh every layer apart, but for smeared ones, whose interfaces are none.
 
     Layers of equal properties are meshed apart too: without an interface their maxima are looked for inside elements,
     which takes longer than the few elements saved, and moves them by more than their error (`benchmarks/needs.py`).
     """
-    smeared = all(case.scene.cell.layers == "smeared" for case in cases)
-    return MeshPlan((INSIDE_OUT[:2], INSIDE_OUT[2:]) if smeared else ())
+    return MeshPlan((INSIDE_OUT[:2], INSIDE_OUT[2:]) if scene.cell.layers == "smeared" else ())

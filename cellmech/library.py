@@ -113,7 +113,7 @@ def _solve(
 ) -> None:
     """Solve into a folder unless it holds the result; no key can tell what additions do, so they are solved anew."""
     case = Case(path.name, scene, {})
-    plan = mesh_plan([case])
+    plan = mesh_plan(case.scene)
     key = "" if additions else input_key(case, plan)
     with ExitStack() as stack:
 

@@ -27,6 +27,7 @@ PARTIAL = ".partial-"  # begins the name of a file that is being written
 RESULT, HISTORY, LOG, CHECKPOINT = "result.json", "history.csv", "run.log", "checkpoint.npz"
 DATA = (HISTORY, "fields.*", "fields_*")  # files that result.json vouches for
 FROM_AN_EARLIER_RUN = (RESULT, CHECKPOINT, *DATA, f"{PARTIAL}*")
+TEXTS = ("stability.layer",)
 NO_SCALARS = ("schema", "scene", "versions", "model", "accuracy")  # of result.json: where a result comes from
 
 
@@ -67,9 +68,11 @@ def flatten(result: Mapping[str, Any]) -> dict[str, Scalar]:
 def _scalars(table: Mapping[str, Any], start: str) -> Iterator[tuple[str, Scalar]]:
     for name, value in table.items():
         key = f"{start}{name}"
+        if key in TEXTS:
+            continue  # null where there is nothing to name
         if isinstance(value, Mapping):
             yield from _scalars(value, f"{key}.")
-        elif key.endswith("_at_um"):
+        elif name.endswith("at_um"):
             x, y = (None, None) if value is None else value
             yield from _scalars({"x": x, "y": y}, f"{key}.")
         elif value is None or isinstance(value, Integral):

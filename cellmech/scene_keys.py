@@ -59,11 +59,13 @@ def nearest(key: str) -> str:
     if is_known(key):
         return f"The dot must be outside the quotes: [{'.'.join(parts[:-1])}] {parts[-1]} = …"
     index = parts[1] if parts[0] == "pillar" and len(parts) > 2 and parts[1].isdigit() else "0"
-    known = [name.replace("pillar.0.", f"pillar.{index}.") for name in KNOWN]
+    known = [found for name in KNOWN if (found := name.replace("pillar.0.", f"pillar.{index}.")) != key]
     score = {name: _likeness(key, name) for name in known}
     best = max(score.values())
     if best < 0.6:
-        return ""
+        table = key.rpartition(".")[0]
+        members = [name.removeprefix(f"{table}.") for name in known if name.rpartition(".")[0] == table and table]
+        return f"[{table}] has {', '.join(members)}." if members else ""
     return f"Did you mean {' or '.join(name for name in known if score[name] > best - 0.02)}?"
 
 

@@ -19,6 +19,7 @@ LAYER_NAMES: tuple[LayerName, ...] = get_args(LayerName)  # from the outside in
 # The upper bounds lie far outside anything a cell can be; they keep products of inputs inside a double's range.
 LARGEST_UM = 1e5
 # Defaults of the elements by the displacement's order, of one accuracy (benchmarks/accuracy.py).
+MOST_ACROSS = 8  # elements across a thin layer
 SECOND_ORDER: dict[str, float] = {"size_um": 0.6, "thin_layers": 2}
 Length = Annotated[float, Number("µm", above=0, most=LARGEST_UM)]
 Position = Annotated[float, Number("µm", least=-LARGEST_UM, most=LARGEST_UM)]
@@ -202,7 +203,7 @@ class Mesh(Table):
     """Size of the elements away from interfaces and contact; 0.6 for second and first order."""
     contact_size_um: Length | None = None
     """Size at the contact; chosen by the program if left out."""
-    thin_layers: Annotated[int, Whole(1, 8)] = 1
+    thin_layers: Annotated[int, Whole(1, MOST_ACROSS)] = 1
     """Elements across membrane and lamina; 2 for second and first order."""
     order: Annotated[int, Whole(1, 3)] = 3
     """Of the displacement's polynomials; 2 where a layer is nearly incompressible or all fluid."""

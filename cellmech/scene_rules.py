@@ -34,6 +34,7 @@ def breaches(scene: Scene) -> Iterator[Breach]:
     yield from _smearing(scene)
     yield from _load(scene)
     yield from _pillars(scene)
+    yield from _flat(scene)
     yield from _start(scene)
     yield from _mesh(scene)
     yield from _times(scene)
@@ -97,6 +98,21 @@ def _pillars(scene: Scene) -> Iterator[Breach]:
             both_mirrored = one.mirrored and other.mirrored  # the originals say the same
             if not both_mirrored and _overlap(one.arch, other.arch):
                 yield _pillar_breach(scene, *sorted((one, other), key=lambda p: (p.mirrored, -p.pillar)))
+
+
+def _flat(scene: Scene) -> Iterator[Breach]:
+    """A flat that rises above a pillar's foot, unless it buries the pillar deeper than a cell could sink."""
+    if scene.flat is None:
+        return
+    level = scene.flat.y_um
+    for i, pillar in enumerate(scene.pillar):
+        foot, top = pillar.y_um, pillar.y_um + pillar.height_um
+        if foot + TIE * pillar.height_um < level < top + scene.radius_um:
+            rule = f"must be <= {foot:g} µm, the foot of pillar.{i}: the two would overlap"
+            hint = (
+                "Where the cell touches both, both would push. Raise the pillar, lower the flat, or set flat = false."
+            )
+            yield Breach("flat.y_um", rule, level, hint)
 
 
 def _left(arch: Arch) -> float:

@@ -50,7 +50,9 @@ def run(
         if world.rank == 0:
             names = [case.name for order in command.orders for case in order.chosen]
             listed = json_text({"cases": names}).rstrip() if options.json else "\n".join(names)
-            say(parser().format_help().rstrip() if options.help else listed)
+            text = parser().format_help().rstrip() if options.help else listed
+            if text:  # a shard may be empty
+                say(text)
         return 0
     if not command.orders:
         if world.rank == 0:
@@ -72,9 +74,8 @@ def check(command: Command, case: Any) -> None:
     """Print what the cases will model and how large they are."""
     cases = {}
     for order in command.orders:
-        mesh_plan = case.mesh_plan(order.study.cases)
         for chosen in order.chosen:
-            found = case.describe_case(chosen, MPI.COMM_SELF, mesh_plan)
+            found = case.describe_case(chosen, MPI.COMM_SELF, case.mesh_plan(chosen.scene))
             cases[command.label(order, chosen)] = asdict(found)
             if command.options.json:
                 continue

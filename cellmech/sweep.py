@@ -42,7 +42,7 @@ class Job:
         label: what the user reads; the case's name, told apart if there are several studies.
         case: the case.
         folder: of its files.
-        plan: which layers the meshes of its study keep apart.
+        plan: which layers its mesh keeps apart.
         key: ties the result to its inputs, `records.input_key`.
         source: ties it to the program, `records.source_hash` at the start.
         notes: first lines of run.log.

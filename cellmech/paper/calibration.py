@@ -107,7 +107,7 @@ def end_state(settings: Settings, overrides: Sequence[str] = ()) -> dict[str, fl
     (case,) = load_study(None, [*texts, *overrides]).cases
     with tempfile.TemporaryDirectory() as place:
         folder = CaseFolder(Path(place), MPI.COMM_SELF)
-        result = solve_case(case, folder, MPI.COMM_SELF, mesh_plan([case]), lambda progress: None)
+        result = solve_case(case, folder, MPI.COMM_SELF, mesh_plan(case.scene), lambda progress: None)
         folder.close()
     solved = result["status"] == "solved"
     return {q.paper_key: result["nucleus"][f"{q.key}_max{q.suffix}"] if solved else math.nan for q in QUANTITIES}

@@ -43,8 +43,8 @@ class Description:
     memory_MB: float
 
 
-def mesh_plan(cases):
-    return Plan(",".join(sorted({case.scene.cell.law for case in cases})))
+def mesh_plan(scene):
+    return Plan(scene.cell.law)
 
 
 def describe_case(case, comm, plan):

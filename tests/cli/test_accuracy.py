@@ -37,6 +37,12 @@ def test_accuracy_solves_each_case_refined_and_writes_the_errors(fake, folder):
     assert len(summary) == 2 and "error.nucleus.J1_max" in summary[0] and "accuracy." not in summary[0]
 
 
+def test_as_many_elements_across_as_there_may_be_stay_so(fake, folder):
+    Path("my.toml").write_text("[mesh]\nthin_layers = 7\n" + cases("a").partition("\n")[2])
+    assert fake("my.toml", "--accuracy").status == 0
+    assert [result(f"a/accuracy/mesh-{k}")["scene"]["mesh"]["thin_layers"] for k in (1, 2)] == [8, 8]
+
+
 def test_errors_are_written_while_no_other_process_is_at_work_there(fake, folder, monkeypatch):
     write, met = agenda.write_whole, []
 
@@ -100,7 +106,10 @@ def test_refined_run_that_fails_is_told_of_and_costs_the_error_not_the_case(fake
         ("[accuracy]\nmesh = true", "my.toml: accuracy.mesh: unknown key"),
         ('[accuracy]\nparts = ["mash"]', "my.toml: accuracy.parts: must be a list of some of mesh, time"),
         ("[accuracy]\nparts = []", "my.toml: accuracy.parts: must be a list of some of mesh, time"),
-        ("[accuracy]\n[mesh]\nthin_layers = 8", "accuracy, refinement mesh-1: mesh.thin_layers: must be"),
+        (
+            "[accuracy]\n[mesh]\nquadrature_degree = 20",
+            "accuracy, refinement quadrature: mesh.quadrature_degree",
+        ),
     ],
 )
 def test_accuracy_that_makes_no_sense_is_refused(fake, folder, text, message):

@@ -24,7 +24,7 @@ found = []
 for law in ("saint-venant", "neo-hookean", "yeoh"):
     layers = {"cytosol": {"law": law}, "lamina": {"law": "saint-venant"}}
     case = Case("case", read_scene({"mesh": {"size_um": 3.0}, "layer": layers}, "test"))
-    setup = Setup(case.scene, comm, mesh_plan([case]))
+    setup = Setup(case.scene, comm, mesh_plan(case.scene))
     run = setup.create_run(lambda line: None)
     x = run.body.space.tabulate_dof_coordinates()[:, :2] / 10.0
     run.u[0::2] = 0.3 * x[:, 0] ** 2 + 0.1 * np.sin(x[:, 1])

@@ -45,7 +45,7 @@ def solve(case, path, stop_after=None, key="k"):
             raise Stop
 
     try:
-        result = solve_case(case, folder, MPI.COMM_SELF, mesh_plan([case]), report)
+        result = solve_case(case, folder, MPI.COMM_SELF, mesh_plan(case.scene), report)
         folder.finish(result)
         return result
     except Stop:

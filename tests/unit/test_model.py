@@ -7,7 +7,6 @@ from cellmech.layering import mesh_plan
 from cellmech.model import describe_model
 from cellmech.scene_file import read_scene
 from cellmech.setup import Setup
-from cellmech.study_file import Case
 
 FULL = {"shape": "full"}
 PAIR = [{"x_um": -7.0, "half_width_um": 3.0}, {"x_um": 7.0, "half_width_um": 3.0}]
@@ -16,7 +15,7 @@ SHORT = {"end_s": 10400.0}  # 15 relaxation times after the ramp
 
 def model_of(**tables):
     scene = read_scene({"mesh": {"size_um": 8.0}, **tables}, "test")
-    return describe_model(Setup(scene, MPI.COMM_SELF, mesh_plan([Case("case", scene)])))
+    return describe_model(Setup(scene, MPI.COMM_SELF, mesh_plan(scene)))
 
 
 @pytest.mark.parametrize(

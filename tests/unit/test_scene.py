@@ -549,9 +549,16 @@ def test_placement_counts_touches_that_differ_by_rounding_only_as_one(right, tou
     assert [touch.obstacle for touch in place.touch] == touched
 
 
-def test_placement_of_a_pillar_as_high_as_the_flat_touches_both():
-    place = placement(scene_of("[[pillar]]\ny_um = -19.5\n[flat]\ny_um = -10"))
-    assert [touch.obstacle for touch in place.touch] == [0, "flat"]
+@pytest.mark.parametrize(("level", "buried"), [(-9.99, False), (-0.5, False), (0.5, False), (9.4, False), (9.6, True)])
+def test_flat_may_not_overlap_a_pillar_within_reach(level, buried):
+    """The pillar stands on -10 and is 9.5 high; where the flat is as high, its force would be counted twice."""
+    text = f"flat.y_um = {level}"
+    if buried:
+        assert [touch.obstacle for touch in placement(scene_of(text)).touch] == ["flat"]
+        return
+    error = refusal(text)
+    assert (error.key, error.got) == ("flat.y_um", level)
+    assert "must be <= -10 µm, the foot of pillar.0" in error.rule
 
 
 def test_placement_beside_a_pillar_stands_on_the_flat():

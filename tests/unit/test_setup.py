@@ -15,7 +15,6 @@ from cellmech.layering import MeshPlan, mesh_plan
 from cellmech.run import Run
 from cellmech.scene_file import read_scene
 from cellmech.setup import Setup, obstacles_of, ramp, smeared_weights
-from cellmech.study_file import Case
 
 
 def scene_of(**tables):
@@ -23,7 +22,7 @@ def scene_of(**tables):
 
 
 def setup_of(scene):
-    return Setup(scene, MPI.COMM_SELF, mesh_plan([Case("case", scene)]))
+    return Setup(scene, MPI.COMM_SELF, mesh_plan(scene))
 
 
 def test_ramp_is_the_c2_step_of_eq_25_with_the_sign_of_the_text():
@@ -57,13 +56,10 @@ def test_half_cell_stands_on_both_pillars_of_a_pair():
 
 
 def test_only_smeared_layers_are_meshed_as_one():
-    def merged(*scenes):
-        return mesh_plan([Case(str(k), scene) for k, scene in enumerate(scenes)]).merged
-
     alike = scene_of(layer={"membrane": {"young_Pa": 10.0}, "lamina": {"young_Pa": 10.0}})
     smeared = scene_of(cell={"layers": "smeared", "smear_um": 0.5})
-    assert merged(smeared) == (("nucleoplasm", "lamina"), ("cytosol", "membrane"))
-    assert merged(alike) == merged(smeared, alike) == ()
+    assert mesh_plan(smeared).merged == (("nucleoplasm", "lamina"), ("cytosol", "membrane"))
+    assert mesh_plan(alike).merged == ()
 
 
 def test_fades_of_smeared_layers_are_some_rings_of_elements_wide():

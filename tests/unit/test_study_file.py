@@ -119,7 +119,7 @@ def test_sweep_is_the_cartesian_product_with_the_last_axis_fastest(study):
         ("cell.law = ['yeoh']", ["yeoh"]),
         ("[sweep.cell]\nlaw = ['yeoh']", ["yeoh"]),
         ('"cell.law" = ["yeoh"]\nload.factor = [2]', ["law=yeoh,factor=2"]),
-        ('"pillar.0.y_um" = [-10]\n"flat.y_um" = [-9]', ["pillar.0.y_um=-10,flat.y_um=-9"]),
+        ('"pillar.0.y_um" = [-10]\n"flat.y_um" = [-11]', ["pillar.0.y_um=-10,flat.y_um=-11"]),
         ('"cell.poisson" = [0.1]\n"layer.lamina.poisson" = [0.2]', ["cell.poisson=0.1,lamina.poisson=0.2"]),
     ],
 )
@@ -307,6 +307,8 @@ def test_override_of_the_whole_pillar_list_then_of_one_key(study):
     ("override", "key", "rule", "got"),
     [
         ("load.factr=2", "load.factr", "unknown key", "Did you mean load.factor?"),
+        ("sweep=2", "sweep", "unknown key", ""),
+        ("load.g=2", "load.g", "unknown key", "[load] has gravity_m_s2, factor, half_ramp_s."),
         ("factor=2", "factor", "unknown key", "Did you mean load.factor?"),
         ("lamina.young_Pa=2", "lamina.young_Pa", "unknown key", "Did you mean layer.lamina.young_Pa?"),
         ("sweep=2", "sweep", "unknown key", ""),

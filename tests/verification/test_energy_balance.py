@@ -141,7 +141,7 @@ def test_every_row_of_a_falling_cell_has_its_kinetic_energy(tmp_path, ladder):
     }
     case = Case("case", read_scene(data, "test"))
     folder = CaseFolder(tmp_path, MPI.COMM_SELF)
-    energy = solve_case(case, folder, MPI.COMM_SELF, mesh_plan([case]), lambda progress: None)["energy"]
+    energy = solve_case(case, folder, MPI.COMM_SELF, mesh_plan(case.scene), lambda progress: None)["energy"]
     folder.close()
     with open(tmp_path / "history.csv", newline="") as stream:
         rows = [{key: float(value) for key, value in row.items() if value} for row in csv.DictReader(stream)]

@@ -33,7 +33,7 @@ def solve(case, path):
     scene = case.scene.model_copy(update={"mesh": case.scene.mesh.model_copy(update={"size_um": 4.0})})
     coarse = type(case)(case.name, scene)
     folder = CaseFolder(path, MPI.COMM_SELF, "k")
-    result = solve_case(coarse, folder, MPI.COMM_SELF, mesh_plan([coarse]), lambda progress: None)
+    result = solve_case(coarse, folder, MPI.COMM_SELF, mesh_plan(coarse.scene), lambda progress: None)
     folder.close()
     return result
 

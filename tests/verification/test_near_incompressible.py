@@ -20,7 +20,7 @@ def case_of(size=COARSE, **tables):
 def solved(path, *args, **tables):
     case = case_of(*args, **tables)
     folder = CaseFolder(path, MPI.COMM_SELF)
-    result = solve_case(case, folder, MPI.COMM_SELF, mesh_plan([case]), lambda progress: None)
+    result = solve_case(case, folder, MPI.COMM_SELF, mesh_plan(case.scene), lambda progress: None)
     folder.close()
     assert result["status"] == "solved", result["reason"]
     return result, (path / "run.log").read_text()
@@ -87,7 +87,7 @@ def test_smeared_layers_are_solved_too(tmp_path):
 )
 def test_pressure_is_an_unknown_only_where_it_must_be(tables, mixed):
     case = case_of(**{**tables, "layer": {"lamina": {"young_Pa": 999.0}, **tables.get("layer", {})}})
-    setup = Setup(case.scene, MPI.COMM_SELF, mesh_plan([case]))
+    setup = Setup(case.scene, MPI.COMM_SELF, mesh_plan(case.scene))
     found = {name for m in setup.body.mixtures if m.mixed for name in m.names}
     apart = {name for name, _ in setup.interfaces}
     merged = {"nucleus": {"nucleoplasm", "lamina"}, "cytoplasm": {"cytosol", "membrane"}}
@@ -99,7 +99,7 @@ def test_pressure_is_an_unknown_only_where_it_must_be(tables, mixed):
 
 def test_run_that_goes_on_has_the_pressure_of_its_displacement():
     case = case_of(cell={"poisson": 0.499})
-    setup = Setup(case.scene, MPI.COMM_SELF, mesh_plan([case]))
+    setup = Setup(case.scene, MPI.COMM_SELF, mesh_plan(case.scene))
     first, second = (setup.create_run(lambda line: None) for _ in range(2))
     first.run(lambda step: None)
     assert abs(first.state.p.x.array).max() > 1.0

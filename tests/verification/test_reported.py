@@ -313,7 +313,7 @@ def end_state(folder, shape, scene=None):
     scene = scene or {"cell": {"shape": shape}, "mesh": {"size_um": 4.0}, "time": {"history": False}}
     case = Case(shape, read_scene(scene, "test"))
     files = CaseFolder(folder / shape, MPI.COMM_SELF)
-    result = solve_case(case, files, MPI.COMM_SELF, mesh_plan([case]), lambda progress: None)
+    result = solve_case(case, files, MPI.COMM_SELF, mesh_plan(case.scene), lambda progress: None)
     files.close()
     assert result["status"] == "solved", result["reason"]
     return result

@@ -20,7 +20,7 @@ END_ONLY = {**COARSE, "time": {"history": False}}
 def solve(path, data):
     case = Case("case", read_scene(data, "test"))
     folder = CaseFolder(path, MPI.COMM_SELF)
-    result = solve_case(case, folder, MPI.COMM_SELF, mesh_plan([case]), lambda progress: None)
+    result = solve_case(case, folder, MPI.COMM_SELF, mesh_plan(case.scene), lambda progress: None)
     folder.finish(result)
     folder.close()
     return result
