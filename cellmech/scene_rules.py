@@ -109,9 +109,7 @@ def _flat(scene: Scene) -> Iterator[Breach]:
         foot, top = pillar.y_um, pillar.y_um + pillar.height_um
         if foot + TIE * pillar.height_um < level < top + scene.radius_um:
             rule = f"must be <= {foot:g} µm, the foot of pillar.{i}: the two would overlap"
-            hint = (
-                "Where the cell touches both, both would push. Raise the pillar, lower the flat, or set flat = false."
-            )
+            hint = "Both would push a cell that touches both: raise the pillar, lower the flat, or set flat = false."
             yield Breach("flat.y_um", rule, level, hint)
 
 

@@ -101,8 +101,8 @@ def test_volume_contact_is_refined_in_its_own_width():
 
 
 def test_scene_that_cannot_be_refined_is_refused_with_the_rule():
-    with pytest.raises(InputError, match=r"refinement mesh-1: mesh.thin_layers: must be a whole number from 1 to 8"):
-        refinements(scene(mesh={"thin_layers": 8}))
+    with pytest.raises(InputError, match=r"refinement quadrature: mesh.quadrature_degree: must be a whole number"):
+        refinements(scene(mesh={"quadrature_degree": 20}))
 
 
 # What the differences say
