@@ -297,8 +297,10 @@ def test_unknown_key_is_refused_and_the_nearest_known_one_named(text, key, sugge
     assert suggestion in error.hint
 
 
-def test_unknown_key_like_no_other_gets_no_suggestion():
-    assert refusal("[cell]\nqqqq = 1").hint == ""
+def test_unknown_key_like_no_other_gets_the_keys_of_its_table():
+    assert refusal("[load]\nqqqq = 1").hint == "[load] has gravity_m_s2, factor, half_ramp_s."
+    assert refusal("[[pillar]]\n[[pillar]]\nz = 1").hint.startswith("[pillar.1] has x_um, y_um, ")
+    assert refusal("qqqq = 1").hint == ""
 
 
 def test_misspelt_key_is_reported_before_the_values_it_may_explain():
