@@ -44,7 +44,9 @@ def sweep(tmp_path):
             results = solve_jobs(jobs, solve, MPI.COMM_SELF, 1, watcher, interrupts)
         return results, watcher.heard
 
-    return run
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # this process may ignore it
+    yield run
+    signal.signal(signal.SIGINT, before)
 
 
 def test_counter_counts_and_a_group_gets_what_is_left():
