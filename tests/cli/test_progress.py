@@ -6,6 +6,7 @@ import re
 import signal
 import subprocess
 import sys
+import termios
 from pathlib import Path
 
 import pytest
@@ -120,12 +121,15 @@ def test_results_table_lines_up():
     assert why == "b failed: slides"
 
 
+OF_A_TERMINAL = ("COLUMNS", "LINES", "TTY_INTERACTIVE", "TTY_COMPATIBLE", "NO_COLOR", "FORCE_COLOR")  # rich asks these
+
+
 def on_a_terminal(*command):
-    """What a program prints on a terminal."""
+    """What a program prints on a terminal of 80 columns, whatever the one of the tests is."""
     master, slave = pty.openpty()
-    process = subprocess.Popen(
-        command, env={**ENVIRONMENT, "TERM": "xterm"}, stdin=subprocess.DEVNULL, stdout=slave, stderr=slave
-    )
+    termios.tcsetwinsize(slave, (24, 80))
+    environment = {key: value for key, value in ENVIRONMENT.items() if key not in OF_A_TERMINAL} | {"TERM": "xterm"}
+    process = subprocess.Popen(command, env=environment, stdin=subprocess.DEVNULL, stdout=slave, stderr=slave)
     os.close(slave)
     chunks = []
     try:
