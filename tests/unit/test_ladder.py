@@ -82,9 +82,9 @@ def test_table_holds_the_members_alone_the_slow_and_the_broken_ones_too(tmp_path
     (tmp_path / "pytest.ini").write_text("[pytest]\nmarkers = by_hand\n")
     (tmp_path / "test_members.py").write_text(MEMBERS)
     command = [sys.executable, "-m", "pytest", "--ladder", "out", "-q", "-p", "no:cacheprovider"]
-    done = subprocess.run(
-        command, cwd=tmp_path, capture_output=True, text=True, env={**os.environ, "PYTHONPATH": str(TESTS)}
-    )
+    environment = {key: value for key, value in os.environ.items() if key != "PYTEST_ADDOPTS"}
+    environment["PYTHONPATH"] = str(TESTS)
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, env=environment)
     assert done.returncode == 1
     with open(tmp_path / "out" / "verify.csv", newline="", encoding="utf-8") as file:
         rows = {row["case"]: row for row in csv.DictReader(file)}
