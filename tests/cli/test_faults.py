@@ -45,13 +45,25 @@ def small_disk(folder):
     subprocess.run(["umount", "disk"], check=True)
 
 
+def two_at_once(*arguments, ranks=0):
+    """A process in the middle of a case "last of 2", and a second one with these arguments that waits for it."""
+    where = Path("results/my/last of 2")
+    first = start("my.toml", program=(FAKE,))
+    while not (where / "scene.toml").exists():
+        assert first.poll() is None
+        time.sleep(0.01)
+    second = start("my.toml", *arguments, ranks=ranks, program=(FAKE,))
+    assert second.stderr.readline() == f"cellmech: last of 2: waits for another process that is at work in {where}\n"
+    Path("results/my/other").mkdir()
+    Path("results/my/other/result.json").touch()  # for which the first one waits
+    return first, second
+
+
 def test_two_processes_in_one_folder_solve_each_case_once(folder):
-    Path("my.toml").write_text(cases("slow a", "slow b", "slow c"))
-    both = [start("my.toml", program=(FAKE,)) for _ in range(2)]
-    outcomes = [end(process) for process in both]
-    assert [outcome.status for outcome in outcomes] == [0, 0]
-    assert "waits for another process that is at work in results/my/slow " in outcomes[0].err + outcomes[1].err
-    logs = [Path(f"results/my/slow {name}/run.log").read_text() for name in "abc"]
+    names = ("last of 2", "slow b", "slow c")
+    Path("my.toml").write_text(cases(*names))
+    assert [end(process).status for process in two_at_once()] == [0, 0]
+    logs = [Path(f"results/my/{name}/run.log").read_text() for name in names]
     assert logs == ["law neo-hookean on 1\n"] * 3
     assert len(Path("results/my/summary.csv").read_text().splitlines()) == 4
     assert not list(Path("results").rglob(".partial-*"))
@@ -115,17 +127,8 @@ def test_disk_that_refuses_one_of_the_ranks_that_share_a_case_fails_the_case_alo
 @pytest.mark.mpi
 def test_group_of_ranks_waits_for_another_process_and_takes_its_result(folder):
     Path("my.toml").write_text(cases("last of 2"))
-    first = start("my.toml", program=(FAKE,))
-    while not Path("results/my/last of 2/scene.toml").exists():
-        assert first.poll() is None
-        time.sleep(0.01)
-    second = start("my.toml", "--ranks-per-case", 2, ranks=2, program=(FAKE,))
-    where = "results/my/last of 2"
-    assert second.stderr.readline() == f"cellmech: last of 2: waits for another process that is at work in {where}\n"
-    Path("results/my/other").mkdir()
-    Path("results/my/other/result.json").touch()  # for which the first one waits
-    assert (end(first).status, end(second).status) == (0, 0)
-    assert json.loads(Path(where, "result.json").read_text())["ranks"] == 1
+    assert [end(process).status for process in two_at_once("--ranks-per-case", 2, ranks=2)] == [0, 0]
+    assert json.loads(Path("results/my/last of 2/result.json").read_text())["ranks"] == 1
 
 
 def test_disk_that_fills_up_fails_the_case_and_the_same_command_goes_on(small_disk):
