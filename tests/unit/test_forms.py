@@ -5,9 +5,11 @@ import os
 import signal
 import subprocess
 import sys
+import sysconfig
 import time
 
 import numpy as np
+import pytest
 import ufl
 from dolfinx import fem, mesh
 from mpi4py import MPI
@@ -46,6 +48,23 @@ print(len({form().signature() for _ in range(60)}))
 """
 
 
+HELD = """#!/bin/sh
+until [ -e '{}' ]; do sleep 0.05; done
+exec {} "$@"
+"""
+
+
+@pytest.fixture
+def held(tmp_path, monkeypatch):
+    """The compiler waits until this file is there: till then a compilation that has begun is under way."""
+    gate, script = tmp_path / "gate", tmp_path / "held_compiler"
+    script.write_text(HELD.format(gate, os.environ.get("CC") or sysconfig.get_config_var("CC")))
+    script.chmod(0o755)
+    monkeypatch.setenv("CC", str(script))
+    yield gate
+    gate.touch()
+
+
 def start(cache, before=""):
     environment = {**os.environ, "XDG_CACHE_HOME": str(cache)}
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
@@ -62,18 +81,19 @@ def begun(process, cache):
     return marks
 
 
-def test_who_waits_for_a_stopped_compilation_says_for_which_process(tmp_path):
+def test_who_waits_for_a_stopped_compilation_says_for_which_process(held, tmp_path):
     stopped = start(tmp_path)
     begun(stopped, tmp_path)
     os.killpg(stopped.pid, signal.SIGSTOP)
     waiting = start(tmp_path, "import cellmech.forms as f; f.TELL_S = 0.1\n")
     said = waiting.stderr.readline()
     os.killpg(stopped.pid, signal.SIGCONT)
+    held.touch()
     assert f"waits for process {stopped.pid}, which compiles" in said
     assert waiting.communicate(timeout=60)[0] == stopped.communicate(timeout=60)[0] == "compiled\n"
 
 
-def test_killed_compilation_does_not_stop_the_next_run(tmp_path):
+def test_killed_compilation_does_not_stop_the_next_run(held, tmp_path):
     """FFCx's own mark of a compilation, a C file without a `.cached` beside it, makes every later run wait and fail."""
     killed = start(tmp_path)
     marks = begun(killed, tmp_path)
@@ -81,6 +101,7 @@ def test_killed_compilation_does_not_stop_the_next_run(tmp_path):
     killed.communicate()
     assert not marks[0].with_suffix(".c.cached").exists()  # it was in the middle of it
 
+    held.touch()
     after = start(tmp_path)
     out, err = after.communicate(timeout=60)
     assert out == "compiled\n", err
