@@ -1,9 +1,10 @@
-"""Asked for the end state only, the program finds the one that the history leads to."""
+"""Asked for the end state only, the program finds the one that the history leads to; the cell rests on its weight."""
 
 import pytest
 from mpi4py import MPI
 
 from cellmech.case import mesh_plan, solve_case
+from cellmech.disc import Grading
 from cellmech.records import CaseFolder, flatten
 from cellmech.scene_file import read_scene
 from cellmech.study_file import Case
@@ -53,6 +54,28 @@ def test_end_state_within_the_ramp_is_the_equilibrium_at_its_load(tmp_path):
     assert half["contact"]["force_Pa_x_um"] == pytest.approx(lighter["contact"]["force_Pa_x_um"], rel=1e-6)
     assert half["nucleus"]["sigma_mises_max_Pa"] == pytest.approx(lighter["nucleus"]["sigma_mises_max_Pa"], rel=0.02)
     assert half["settled"] > 0.0 == lighter["settled"]  # the load is still rising
+
+
+def at_rest(path, **data):
+    """The contact at the end state; its force is the weight."""
+    contact = solve(path, {**data, "time": {"history": False}})["contact"]
+    assert contact["force_Pa_x_um"] == pytest.approx(contact["weight_Pa_x_um"], rel=1e-6)
+    return contact
+
+
+def test_first_order_rests_as_deep_as_second_but_for_its_straight_edges(tmp_path):
+    """Between the corners of a polygon its circle stands out by h²/(8R), and has (h/R)²/6 more area."""
+    size, radius = 1.2, 10.0
+    longest = Grading().rim * size
+    first, second = (at_rest(tmp_path / f"{k}", mesh={"order": k, "size_um": size}) for k in (1, 2))
+    assert 0 < 1 - first["weight_Pa_x_um"] / second["weight_Pa_x_um"] < (longest / radius) ** 2 / 6
+    assert first["max_depth_um"] == pytest.approx(second["max_depth_um"], abs=longest**2 / (8 * radius))
+
+
+def test_volume_form_as_printed_rests_nearly_as_deep_as_the_corrected_one(tmp_path):
+    """Its force has cof(F) n in the place of J n: other by the strain at the contact, some 5 %."""
+    printed, corrected = (at_rest(tmp_path / form, contact={"form": form}) for form in ("volume-printed", "volume"))
+    assert 0.01 < abs(printed["max_depth_um"] / corrected["max_depth_um"] - 1) < 0.1
 
 
 def test_relaxation_time_of_table_1():
