@@ -11,6 +11,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 FAKE = str(Path(__file__).with_name("fake_case.py"))
+PATIENCE_S = 300  # on a busy machine with an empty compiler cache a study of some seconds takes minutes
 ENVIRONMENT = {
     **os.environ,
     "PYTHONPATH": str(ROOT),
@@ -52,7 +53,7 @@ def start(*arguments, ranks=0, program=("-m", "cellmech.study")):
     )
 
 
-def end(process, seconds=120):
+def end(process, seconds=PATIENCE_S):
     """Wait for a program; one that hangs is a failure."""
     try:
         out, err = process.communicate(timeout=seconds)
@@ -63,7 +64,7 @@ def end(process, seconds=120):
     return Outcome(process.returncode, out, err)
 
 
-def program(*arguments, seconds=120, **options):
+def program(*arguments, seconds=PATIENCE_S, **options):
     """Run the command line as a program."""
     return end(start(*arguments, **options), seconds)
 

@@ -19,7 +19,7 @@ rtol = 0.02
 def test_killed_sweep_ends_with_the_tables_of_one_left_alone(folder):
     """Killed in the middle of a compilation, at the first checkpoint, and once more."""
     (folder / "my.toml").write_text(STUDY)
-    outcome = program("my.toml", "--kills", 3, program=(str(ROOT / "benchmarks" / "kill_sweep.py"),), seconds=300)
+    outcome = program("my.toml", "--kills", 3, program=(str(ROOT / "benchmarks" / "kill_sweep.py"),), seconds=600)
     assert outcome.status == 0, outcome.err
     first, second, *_, last = [line for line in outcome.out.splitlines() if line.startswith(("kill ", "summary"))]
     assert first == "kill 1, at the first compilation: killed while compiling; 0 cases done, 0 with a checkpoint"

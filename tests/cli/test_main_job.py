@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 
 import pytest
-from cli.programs import ROOT, end, program, start
+from cli.programs import PATIENCE_S, ROOT, end, program, start
 
 FIG2 = ROOT / "studies/fig2.toml"
 COARSE = (
@@ -86,7 +86,7 @@ def test_case_on_two_ranks_equals_serial(serial, folder):
 def test_signal_in_the_middle_then_the_same_command_again(folder, signum, status):
     arguments = (FIG2, *COARSE, "--only", "yeoh", "--out", "out")
     process, history = start(*arguments), Path("out/yeoh/history.csv")
-    deadline = time.monotonic() + 60
+    deadline = time.monotonic() + PATIENCE_S
     while not history.exists():
         assert process.poll() is None and time.monotonic() < deadline
         time.sleep(0.02)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from cli import fake_case
-from cli.programs import ENVIRONMENT, cases, program, tree
+from cli.programs import ENVIRONMENT, PATIENCE_S, cases, program, tree
 
 from cellmech import archive
 from cellmech.command import understand
@@ -422,7 +422,7 @@ def test_reader_that_goes_away_does_not_stop_the_solver(folder):
     )
     os.close(write)
     os.close(read)
-    assert (study.communicate(timeout=120)[1], study.returncode) == ("", 0)
+    assert (study.communicate(timeout=PATIENCE_S)[1], study.returncode) == ("", 0)
     assert [row["status"] for row in table("results/my/summary.csv")] == ["solved", "solved"]
 
 

@@ -19,7 +19,7 @@ def history(folder, name, ranks):
     scene = folder / f"{name}.toml"
     scene.write_text(SCENES[name])
     out = folder / f"on-{ranks}" / name  # side by side the first result would be taken over
-    outcome = program(scene, "--out", out, "--ranks-per-case", ranks, "--quiet", ranks=ranks, seconds=300)
+    outcome = program(scene, "--out", out, "--ranks-per-case", ranks, "--quiet", ranks=ranks)
     assert outcome.status == 0, outcome.err
     with open(out / name / "history.csv", newline="") as file:
         return list(csv.DictReader(file))

@@ -5,7 +5,7 @@ import subprocess
 import sys
 
 import pytest
-from cli.programs import ENVIRONMENT, ROOT
+from cli.programs import ENVIRONMENT, PATIENCE_S, ROOT
 
 pytestmark = pytest.mark.mpi
 
@@ -39,7 +39,7 @@ if comm.rank == 0:
 
 def find(ranks):
     command = ["mpirun", "-n", str(ranks), sys.executable, "-c", FIND]
-    out = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, env=ENVIRONMENT, timeout=200)
+    out = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, env=ENVIRONMENT, timeout=PATIENCE_S)
     assert out.returncode == 0, out.stderr
     return json.loads(out.stdout)
 

@@ -90,7 +90,7 @@ def test_who_waits_for_a_stopped_compilation_says_for_which_process(held, tmp_pa
     os.killpg(stopped.pid, signal.SIGCONT)
     held.touch()
     assert f"waits for process {stopped.pid}, which compiles" in said
-    assert waiting.communicate(timeout=60)[0] == stopped.communicate(timeout=60)[0] == "compiled\n"
+    assert waiting.communicate(timeout=300)[0] == stopped.communicate(timeout=300)[0] == "compiled\n"
 
 
 def test_killed_compilation_does_not_stop_the_next_run(held, tmp_path):
@@ -103,7 +103,7 @@ def test_killed_compilation_does_not_stop_the_next_run(held, tmp_path):
 
     held.touch()
     after = start(tmp_path)
-    out, err = after.communicate(timeout=60)
+    out, err = after.communicate(timeout=300)
     assert out == "compiled\n", err
     assert marks[0].with_suffix(".c.cached").exists()
 
