@@ -5,13 +5,13 @@ import os
 import signal
 import subprocess
 import sys
-import sysconfig
 import time
 
 import numpy as np
 import pytest
 import ufl
 from dolfinx import fem, mesh
+from held_compiler import held_compiler
 from mpi4py import MPI
 
 from cellmech import forms
@@ -48,19 +48,11 @@ print(len({form().signature() for _ in range(60)}))
 """
 
 
-HELD = """#!/bin/sh
-until [ -e '{}' ]; do sleep 0.05; done
-exec {} "$@"
-"""
-
-
 @pytest.fixture
 def held(tmp_path, monkeypatch):
     """The compiler waits until this file is there: till then a compilation that has begun is under way."""
-    gate, script = tmp_path / "gate", tmp_path / "held_compiler"
-    script.write_text(HELD.format(gate, os.environ.get("CC") or sysconfig.get_config_var("CC")))
-    script.chmod(0o755)
-    monkeypatch.setenv("CC", str(script))
+    compiler, gate = held_compiler(tmp_path)
+    monkeypatch.setenv("CC", compiler)
     yield gate
     gate.touch()
 
