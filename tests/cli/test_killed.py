@@ -1,5 +1,9 @@
 """A sweep under mpirun that is killed with SIGKILL and goes on, by benchmarks/kill_sweep.py with few cases."""
 
+import time
+from contextlib import suppress
+from pathlib import Path
+
 import pytest
 from cli import programs
 from cli.programs import ROOT, end, start
@@ -14,6 +18,32 @@ rtol = 0.02
 [sweep]
 "layer.nucleoplasm.young_Pa" = [10, 30, 50]
 """
+
+
+def shared_memory():
+    """What Open MPI keeps there."""
+    return set(Path("/dev/shm").glob("*_segment.*"))
+
+
+def in_use():
+    """Paths of the files that processes have mapped."""
+    found = set()
+    for maps in Path("/proc").glob("[0-9]*/maps"):
+        with suppress(OSError):  # it has just ended, or is another user's
+            found.update(Path(line.split()[-1]) for line in maps.read_text().splitlines() if " /dev/shm/" in line)
+    return found
+
+
+@pytest.fixture(autouse=True)
+def no_shared_memory_left():
+    """Ranks and mpirun killed all at once leave theirs: nobody is left to remove it."""
+    before = shared_memory()
+    yield
+    left = shared_memory() - before
+    time.sleep(1.0)  # what others have made at this moment is mapped by then
+    for path in left - in_use():
+        with suppress(OSError):  # another user's
+            path.unlink()
 
 
 @pytest.fixture
