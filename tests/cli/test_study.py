@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from cli import fake_case
-from cli.programs import ENVIRONMENT, PATIENCE_S, cases, program, tree
+from cli.programs import ENVIRONMENT, cases, end, program, tree
 
 from cellmech import archive
 from cellmech.command import understand
@@ -422,7 +422,8 @@ def test_reader_that_goes_away_does_not_stop_the_solver(folder):
     )
     os.close(write)
     os.close(read)
-    assert (study.communicate(timeout=PATIENCE_S)[1], study.returncode) == ("", 0)
+    outcome = end(study)
+    assert (outcome.status, outcome.err) == (0, "")
     assert [row["status"] for row in table("results/my/summary.csv")] == ["solved", "solved"]
 
 
