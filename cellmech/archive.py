@@ -23,6 +23,20 @@ INTERNAL, DISK = "internal error", "the disk refuses"  # begin the reasons of fa
 MACHINE = ("wall_s", "ranks", "memory_MB")  # differ between runs of equal inputs: kept out of summary.csv
 COSTS = ("steps", "rejected_steps", "newton_iterations", "factorisations", "mesh_cells", "dofs")
 
+REGIONS = ("nucleus", "nucleoplasm", "lamina", "cytosol", "membrane", "cell")
+SHARES = ("share_of_area_percent", "share_of_max", "share_of_integral")
+OF_A_STATE = (
+    *REGIONS,
+    *SHARES,
+    "shape_index",
+    "lamina_pillar_distance_um",
+    "contact",
+    "energy",
+    "settled",
+    "stability",
+)
+ALWAYS = ("scene", "t_s", *MACHINE, *COSTS, "versions", "model", *OF_A_STATE)  # keys of every result.json
+
 Record: TypeAlias = dict[str, Any]
 
 
@@ -75,9 +89,10 @@ def recorded(folder: Path, key: str, note: Callable[[str], None] = lambda line: 
 
 
 def signed(record: Record, case: str, source: str, key: str) -> Record:
-    """A result with what ties it to its case, its program and its inputs."""
+    """A result with what ties it to its case, its program and its inputs; a failed one has null for what it lacks."""
     hashes = {"source_hash": source, "input_hash": key}
-    return {"schema": 1, "case": case, "status": "", "reason": "", **hashes, **record, **hashes}
+    lacks = dict.fromkeys(ALWAYS) if record["status"] == "failed" else {}
+    return {"schema": 1, "case": case, "status": "", "reason": "", **hashes, **lacks, **record, **hashes}
 
 
 def is_final(result: Record) -> bool:

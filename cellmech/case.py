@@ -105,7 +105,7 @@ def solve_case(
             scalars.update(observer.observe(step.t_s) | additions.observe(observer))
             settled = run.rate()
             numbers = {"t_s": step.t_s, "dt_s": step.dt_s, "newton": step.newton, "error_estimate": step.error_estimate}
-            folder.add_row({**numbers, **flatten(scalars), "settled": settled})
+            folder.add_row({**numbers, "settled": settled, **flatten(scalars)})
             report(Progress(case.name, step.t_s, scene.time.end_s, run.totals.steps, run.totals.newton_iterations))
             if step.t_s in scene.output.times_s and step.t_s < scene.time.end_s:
                 write_fields(folder, observer, step.t_s, series)

@@ -123,9 +123,9 @@ class _Attempt:
             reason, trace = f"{INTERNAL}: {type(error).__name__}: {text}", traceback.format_exc()
         reason, trace = self._agree(reason, trace)
         if reason or result is None:
-            result = self._complete(
-                {"status": "failed", "reason": reason, "wall_s": time.perf_counter() - begun, "ranks": self.comm.size}
-            )
+            took = {"wall_s": time.perf_counter() - begun, "ranks": self.comm.size}
+            scene = self.job.case.scene.model_dump(mode="json", by_alias=True)
+            result = self._complete({"status": "failed", "reason": reason, "scene": scene, **took})
             if self.lead:
                 self._record(result, trace)
         if self.lead:
