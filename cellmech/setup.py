@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import ufl
@@ -41,11 +41,16 @@ SMALL = 0.15  # of the load over the softest stiffness: below such a displacemen
 SMALL_FALL_UM = 1e-3  # the same for a cell that falls
 OVERLAP = 1e-6  # of the radius: so deep an obstacle may begin, for rounding
 NONE = Additions()
+_MESHES = MPI.Comm.Create_keyval()  # a number of a communicator would not do: MPI gives it to another one after `Free`
 
 
-@lru_cache(maxsize=4)
-def _domain(spec: DiscSpec, comm_handle: int) -> Domain:
-    return build_domain(spec, MPI.Comm.f2py(comm_handle))
+def _domain(spec: DiscSpec, comm: MPI.Comm) -> Domain:
+    """The mesh of a disc; a communicator keeps its last few, so that they end with it (collective)."""
+    kept: Any = comm.Get_attr(_MESHES)
+    if kept is None:
+        kept = lru_cache(maxsize=4)(partial(build_domain, comm=comm))
+        comm.Set_attr(_MESHES, kept)
+    return kept(spec)
 
 
 def material(scene: Scene, name: LayerName) -> Material:
@@ -143,7 +148,7 @@ class Setup:
             contact_zone_um=self._contact_zone_um(),
             grading=plan.grading,
         )
-        self.domain = _domain(self.spec, comm.py2f())
+        self.domain = _domain(self.spec, comm)
         self.obstacles = additions.beside(obstacles_of(scene), scene.radius_um if self.half else None)
         self.body, self.out_of_reach = self._body()
 

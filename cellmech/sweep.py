@@ -82,6 +82,7 @@ def solve_jobs(
         for index in hand_out(len(jobs), counter, together):
             _Attempt(index, jobs[index], comm, together, post, interrupts).run(solve)
         together.Free()
+        comm.Free()
     post.close(len(jobs))
     counter.close()
     return [post.results[index] for index in range(len(jobs))] if world.rank == 0 else []

@@ -66,6 +66,26 @@ else:
     attempt(None)
 """
 
+REUSE = """
+from mpi4py import MPI
+from cellmech.layering import MeshPlan
+from cellmech.scene_file import read_scene
+from cellmech.setup import Setup
+
+world, scene = MPI.COMM_WORLD, read_scene({"mesh": {"size_um": 8.0}}, "test")
+both = world.Dup()
+shared = Setup(scene, both, MeshPlan()).number_of_cells
+number = both.py2f()
+both.Free()
+own = world.Split(world.rank)
+alone = Setup(scene, own, MeshPlan())
+for kept in (world, MPI.COMM_SELF):  # until MPI ends
+    Setup(scene, kept, MeshPlan())
+told = world.gather((own.py2f() == number, alone.domain.mesh.comm.size, alone.number_of_cells == shared))
+if world.rank == 0:
+    print(told)
+"""
+
 
 def run(ranks: int, code: str) -> str:
     command = ["mpirun", "-n", str(ranks), sys.executable, "-c", code]
@@ -92,3 +112,7 @@ def test_bad_mesh_raises_the_same_error_on_every_rank(ladder):
     expected = ("no physical group of surfaces", "the Jacobian is not positive all over")
     same = sum(text in line for text, line in zip(expected, said, strict=True))
     ladder("2 ranks: errors of one that raise alike on both", ours=same, reference=2)
+
+
+def test_communicator_gets_no_mesh_of_one_that_had_its_number():
+    assert run(2, REUSE) == f"{[(True, 1, True)] * 2}\n"

@@ -1,6 +1,8 @@
 """From a scene to a body: units, signs, mirror images, what is meshed apart, what waits out of reach."""
 
 import dataclasses
+import gc
+import weakref
 from contextlib import nullcontext
 
 import numpy as np
@@ -21,8 +23,8 @@ def scene_of(**tables):
     return read_scene({"mesh": {"size_um": 6.0}, **tables}, "test")
 
 
-def setup_of(scene):
-    return Setup(scene, MPI.COMM_SELF, mesh_plan(scene))
+def setup_of(scene, comm=MPI.COMM_SELF):
+    return Setup(scene, comm, mesh_plan(scene))
 
 
 def test_ramp_is_the_c2_step_of_eq_25_with_the_sign_of_the_text():
@@ -82,6 +84,19 @@ def test_verdict_names_the_layer_not_the_ring():
     run.u[1::2] = -0.04 * run.body.space.tabulate_dof_coordinates()[:, 1] ** 2
     assert StabilityWatch(run.body, run.state.u).look_if_due().layer in ("nucleus", "cytoplasm")
     run.close()
+
+
+def test_meshes_are_kept_by_their_communicator_and_end_with_it():
+    first, scenes = MPI.COMM_SELF.Dup(), [scene_of(mesh={"size_um": size}) for size in (6.0, 6.5, 7.0, 7.5, 8.0)]
+    domains = [setup_of(scene, first).domain for scene in scenes]
+    assert setup_of(scenes[-1], first).domain is domains[-1]
+    assert setup_of(scenes[0], first).domain is not domains[0]  # the last four are kept
+    assert setup_of(scenes[-1]).domain is not domains[-1]
+    gone = [weakref.ref(domain) for domain in domains]
+    del domains
+    first.Free()
+    gc.collect()
+    assert not any(domain() for domain in gone)
 
 
 @pytest.mark.parametrize(("smear", "most"), [(0.01, 4), (0.04, 4), (0.1, 14), (0.5, 22)])
