@@ -100,6 +100,12 @@ def is_final(result: Record) -> bool:
     return result["status"] == "solved" or not result["reason"].startswith((INTERNAL, DISK))
 
 
+def refusal(error: OSError) -> str:
+    """The reason of a failure that is the disk's."""
+    place = f" ({error.filename})" if error.filename else ""
+    return f"{DISK}: {error.strerror or error}{place}"
+
+
 def finished(folder: Path, key: str, note: Callable[[str], None] = lambda line: None) -> Record | None:
     """As `recorded`, if the result is final and the files beside it are sound; the note says what was not."""
     result = recorded(folder, key, note)

@@ -75,6 +75,7 @@ def build_domain(spec: DiscSpec, comm: MPI.Comm) -> Domain:
 
     Raises:
         MeshError: on every rank, if Gmsh failed or an element is inverted.
+        OSError: on every rank, if the disk refuses the folder for temporary files.
     """
     with ExitStack() as stack:
         model = _from_root(comm, lambda: stack.enter_context(build_disc(spec)), send=False)
@@ -207,14 +208,14 @@ def _groups(model: Any, dim: int) -> dict[str, int]:
 def _from_root(comm: MPI.Comm, make: Callable[[], T], send: bool = True) -> T:
     """What rank 0 makes, or its error, on every rank; with send = False the others get None."""
     made: Any = None
-    error: CellmechError | None = None
+    error: Exception | None = None
     if comm.rank == 0:
         try:
             made = make()
-        except CellmechError as caught:
+        except (CellmechError, OSError) as caught:
             error = caught
-        except Exception as caught:  # must not leave the other ranks waiting
-            error = MeshError(f"{type(caught).__name__}: {caught}")
+        except Exception as caught:  # must not leave the other ranks waiting, nor pass for a fault of the mesh
+            error = RuntimeError(f"{type(caught).__name__}: {caught}")
             error.__cause__ = caught
     error = comm.bcast(error)
     if error is not None:

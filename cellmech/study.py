@@ -13,7 +13,7 @@ from mpi4py import MPI
 
 from cellmech import shared_memory
 from cellmech.agenda import Agenda, attach_errors, draw_up, share_with_twin
-from cellmech.archive import SUMMARY, Record, merge_tables
+from cellmech.archive import SUMMARY, Record, merge_tables, refusal
 from cellmech.command import Command, parser, understand
 from cellmech.errors import CellmechError, InputError
 from cellmech.interrupts import Interrupted, Interrupts
@@ -71,11 +71,18 @@ def run(
 
 
 def check(command: Command, case: Any) -> None:
-    """Print what the cases will model and how large they are."""
+    """Print what the cases will model and how large they are.
+
+    Raises:
+        CellmechError: a case has no mesh, or the disk refuses what meshing needs.
+    """
     cases = {}
     for order in command.orders:
         for chosen in order.chosen:
-            found = case.describe_case(chosen, MPI.COMM_SELF, case.mesh_plan(chosen.scene))
+            try:
+                found = case.describe_case(chosen, MPI.COMM_SELF, case.mesh_plan(chosen.scene))
+            except OSError as error:
+                raise CellmechError(f"{command.label(order, chosen)}: {refusal(error)}") from error
             cases[command.label(order, chosen)] = asdict(found)
             if command.options.json:
                 continue

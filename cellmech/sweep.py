@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from mpi4py import MPI
 
-from cellmech.archive import DISK, INTERNAL, Record, alone_in, finished, signed
+from cellmech.archive import INTERNAL, Record, alone_in, finished, refusal, signed
 from cellmech.errors import CellmechError
 from cellmech.handout import Counter
 from cellmech.interrupts import Interrupts
@@ -117,8 +117,7 @@ class _Attempt:
         except CellmechError as error:
             reason = str(error)
         except OSError as error:
-            place = f" ({error.filename})" if error.filename else ""
-            reason, trace = f"{DISK}: {error.strerror or error}{place}", traceback.format_exc()
+            reason, trace = refusal(error), traceback.format_exc()
         except Exception as error:
             text = " ".join(str(error).split())  # one line; PETSc's have many
             reason, trace = f"{INTERNAL}: {type(error).__name__}: {text}", traceback.format_exc()

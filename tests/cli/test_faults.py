@@ -15,6 +15,7 @@ from cli.test_signals import children
 from cellmech.archive import finished
 
 REAL = "[mesh]\nsize_um = 5.0\n[time]\nrtol = 0.02\n"
+COARSE = "[mesh]\nsize_um = 8.0\n[time]\nhistory = false\n"
 ONE = Path("results/my/a")
 
 
@@ -142,6 +143,19 @@ def test_disk_that_fills_up_fails_the_case_and_the_same_command_goes_on(small_di
     outcome = program("my.toml", "--out", "disk/out", "--quiet")
     assert (outcome.status, outcome.err) == (0, "")
     assert json.loads(Path("disk/out/my/result.json").read_text())["status"] == "solved"
+
+
+def test_temporary_folder_that_cannot_be_written_to_fails_the_case_and_the_same_command_goes_on(folder):
+    Path("my.toml").write_text(COARSE)
+    code = "import sys, tempfile; tempfile.tempdir = 'gone'; from cellmech.study import main; "
+    code += "sys.exit(main(sys.argv[1:]))"
+    outcome = program("my.toml", "--quiet", program=("-c", code))
+    assert (outcome.status, len(outcome.err.splitlines())) == (1, 1)
+    assert outcome.err.startswith("cellmech: my: failed: the disk refuses: No such file or directory (")
+    outcome = program("my.toml", "--check", program=("-c", code))
+    assert (outcome.status, len(outcome.err.splitlines())) == (1, 1)
+    assert outcome.err.startswith("cellmech: error: my: the disk refuses: No such file or directory (")
+    assert program("my.toml", "--quiet").status == 0
 
 
 def test_file_that_may_not_grow_fails_the_case(folder):

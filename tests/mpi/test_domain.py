@@ -66,6 +66,26 @@ else:
     attempt(None)
 """
 
+REFUSED = """
+import tempfile
+from mpi4py import MPI
+from cellmech import geometry
+from cellmech.domain import build_domain
+from cellmech.geometry import DiscSpec
+
+world = MPI.COMM_WORLD
+if world.rank == 0:
+    tempfile.tempdir = "/nowhere"
+for _ in range(2):
+    try:
+        build_domain(DiscSpec(size_um=8.0), world)
+    except Exception as error:
+        met = world.allgather((type(error).__name__, getattr(error, "filename", str(error))[:18]))
+        if world.rank == 0:
+            print(len(set(met)), *met[0])
+    geometry.disc_sectors = None
+"""
+
 REUSE = """
 from mpi4py import MPI
 from cellmech.layering import MeshPlan
@@ -112,6 +132,12 @@ def test_bad_mesh_raises_the_same_error_on_every_rank(ladder):
     expected = ("no physical group of surfaces", "the Jacobian is not positive all over")
     same = sum(text in line for text, line in zip(expected, said, strict=True))
     ladder("2 ranks: errors of one that raise alike on both", ours=same, reference=2)
+
+
+def test_what_is_no_fault_of_the_mesh_raises_the_same_error_on_every_rank():
+    said = run(2, REFUSED).splitlines()
+    assert said[0].startswith("1 FileNotFoundError /nowhere/")
+    assert said[1] == "1 RuntimeError TypeError: 'NoneTy"
 
 
 def test_communicator_gets_no_mesh_of_one_that_had_its_number():

@@ -1,4 +1,5 @@
 import math
+import tempfile
 
 import numpy as np
 import pytest
@@ -128,6 +129,17 @@ def test_model_without_groups_is_a_mesh_error():
         model.removePhysicalGroups()
         with pytest.raises(MeshError, match="no physical group of surfaces"):
             from_gmsh(model, COMM)
+
+
+def test_what_is_no_fault_of_the_mesh_is_no_mesh_error(monkeypatch, tmp_path):
+    """Neither a refusal of the disk nor a bug is a physical result."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "gone"))
+    with pytest.raises(FileNotFoundError, match="gone"):
+        build_domain(COARSE, COMM)
+    monkeypatch.undo()
+    monkeypatch.setattr("cellmech.geometry.disc_sectors", lambda spec: 1 / 0)
+    with pytest.raises(RuntimeError, match=r"^ZeroDivisionError: division by zero$"):
+        build_domain(COARSE, COMM)
 
 
 def test_full_disc_has_no_axis_but_twice_the_area():
