@@ -25,10 +25,13 @@ STALLED = 1e-10  # share of the force scale at which a residual that stays has m
 LARGEST_NOISE = 1e-6  # the same where the tangent is so stiff that round-off reaches further
 STALL_RATE = 0.5  # a residual that a new tangent reduces by less than this factor stays
 CRUSHED = 1e-3  # det F at and below which a solution is none: no continuum, and its stresses lose all digits
+SINGULAR = "the tangent is singular: nothing resists some motion of the body"
 MAX_ITERATIONS, LEAP_ITERATIONS = 30, 16
 # Ways to try a solve: whether tangents are kept, and PETSc's line search. Full steps first: the residual's norm judges
 # them badly, for a motion of what is soft (or a contact that sets in) shakes what is stiff before it settles.
 ATTEMPTS = ((True, "basic"), (False, "bt"))
+# MUMPS's INFOG(1) where memory is refused, and where the workspace that was foreseen is too small.
+REFUSED, OUTGROWN = frozenset((-5, -7, -13, -19)), frozenset((-8, -9, -17, -20))
 KEEP_RATE = 0.25  # a factorisation is kept while each iteration brings the residual down at least by this factor
 # One prefix for all solvers, which want the same: PETSc has room for 512 options, and a sweep for more cases than that.
 PREFIX, OPTIONS = "cellmech_", {"snes_linesearch_max_it": 12, "mat_mumps_icntl_14": 60}
@@ -112,6 +115,7 @@ class Solver:
             pc.setType("python")
             pc.setPythonContext(Elimination(self._saddle, inner))
             pc = inner
+        self._direct = pc
         if self.modes is None:
             pc.setType("lu")
             pc.setFactorSolverType("mumps")
@@ -232,6 +236,9 @@ class Solver:
         A rough solution only leads to the next one: its residual is below `ROUGH` of the load. A leap is given up soon.
 
         When the solve fails `state.u` is of no use: the caller restores it. A pressure is as before then.
+
+        Raises:
+            MemoryError: on every rank, if there is no room to factorise a tangent.
         """
         self.amplitude.value = amplitude
         before, iterations = self.factorisations, 0
@@ -243,7 +250,7 @@ class Solver:
         for self._thrifty, search in ATTEMPTS[:1] if leap else ATTEMPTS:
             self._use(search)
             self._x.setArray(guess)
-            self._watch.worst, self._stale = None, False
+            self._watch.worst, self._stale, fault, tangents = None, False, "", self.factorisations
             fenicsx.solve(self._snes, self._x)
             iterations += self._snes.getIterationNumber()
             reason, residual = self._snes.getConvergedReason(), float(self._snes.getFunctionNorm())
@@ -252,7 +259,10 @@ class Solver:
             converged = converged and self._watch.admissible(CRUSHED)
             if converged:
                 break
-            if reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE:
+            unsolved = reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE
+            if unsolved or self.factorisations > tangents:
+                fault = self._factor_fault()
+            if unsolved or fault:
                 self.restart()  # what a failed factorisation leaves behind cannot be used again
         if not converged:
             self.rebuild()
@@ -265,13 +275,32 @@ class Solver:
             iterations=iterations,
             factorisations=self.factorisations - before,
             residual=residual,
-            reason="" if converged else self._explain(reason),
+            reason="" if converged else fault or self._explain(reason),
         )
+
+    def _factor_fault(self) -> str:
+        """Why the last tangent could not be factorised; "" if it could. A preconditioner of ours hides it from PETSc.
+
+        Raises:
+            MemoryError: on every rank, if there was no room.
+        """
+        pc = self._direct if self.modes is None else self._bordered.inner
+        factor = pc.getFactorMatrix()
+        code = factor.getMumpsInfog(1)
+        if code >= 0:
+            return ""
+        if code in REFUSED or (code in OUTGROWN and factor.getMumpsIcntl(23)):
+            size = f"{self._A.getSize()[0]} unknowns, ranks: {self.comm.size}, MUMPS error {code}"
+            hint = "Fewer unknowns (a larger mesh.size_um), more ranks per case or more memory help"
+            raise MemoryError(f"no room to factorise the tangent ({size}). {hint}")
+        if code in OUTGROWN:
+            return f"the tangent is nearly singular: pivoting outgrows the room foreseen for it (MUMPS error {code})"
+        return SINGULAR
 
     def _explain(self, reason: int) -> str:
         names = {getattr(PETSc.SNES.ConvergedReason, n): n for n in dir(PETSc.SNES.ConvergedReason) if n[0] != "_"}
         if reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE:
-            return "the tangent is singular: nothing resists some motion of the body"
+            return SINGULAR
         if self._watch.worst is not None:
             value, x, y = self._watch.worst
             where = f"det F = {value:.2g} at reference x = {x:.3g}, y = {y:.3g} um"

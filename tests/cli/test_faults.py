@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
-from cli.programs import FAKE, cases, end, program, start, tree
+from cli.programs import ENVIRONMENT, FAKE, cases, end, program, start, tree
 from cli.test_signals import children
 
 from cellmech.archive import finished
@@ -155,6 +155,19 @@ def test_temporary_folder_that_cannot_be_written_to_fails_the_case_and_the_same_
     outcome = program("my.toml", "--check", program=("-c", code))
     assert (outcome.status, len(outcome.err.splitlines())) == (1, 1)
     assert outcome.err.startswith("cellmech: error: my: the disk refuses: No such file or directory (")
+    assert program("my.toml", "--quiet").status == 0
+
+
+def test_case_that_runs_out_of_memory_says_so_and_is_tried_again(folder, monkeypatch):
+    """With MUMPS allowed 1 MB."""
+    Path("my.toml").write_text(COARSE)
+    monkeypatch.setitem(ENVIRONMENT, "PETSC_OPTIONS", "-cellmech_mat_mumps_icntl_23 1")
+    outcome = program("my.toml", "--quiet")
+    assert (outcome.status, len(outcome.err.splitlines())) == (1, 1)
+    assert outcome.err.startswith(
+        "cellmech: my: failed: internal error: MemoryError: no room to factorise the tangent ("
+    )
+    monkeypatch.delitem(ENVIRONMENT, "PETSC_OPTIONS")
     assert program("my.toml", "--quiet").status == 0
 
 

@@ -1,20 +1,26 @@
 """The nonlinear solve: what converged means, what a failure says, rigid modes taken out."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from dolfinx import fem
 from dolfinx.fem import petsc
+from mpi4py import MPI
+from petsc4py import PETSc
 from problems import block, displacement_space, hold, layered_disc, solid
 
 from cellmech import snes
 from cellmech.contact import Contact, Flat
 from cellmech.forms import compile_form
+from cellmech.layering import MeshPlan
 from cellmech.materials import mixtures
 from cellmech.modes import rigid_modes
 from cellmech.residual import Body, State, equilibrium
 from cellmech.run import Run, Schedule
+from cellmech.scene_file import read_scene
+from cellmech.setup import Setup
 from cellmech.snes import MAX_ITERATIONS, Solver
 
 PULL = 6.0
@@ -99,6 +105,37 @@ def test_body_that_nothing_holds_is_refused():
     outcome = Solver(dataclasses.replace(body, bcs=()), state, PULL).solve(1.0)
     assert not outcome.converged
     assert outcome.reason
+
+
+NEARLY = {"cell": {"poisson": 0.499}, "mesh": {"size_um": 6.0, "pressure": "mixed", "order": 2}}
+
+
+@pytest.mark.parametrize(
+    ("tables", "prefix"),
+    [({}, ""), ({"cell": {"shape": "full"}}, "inner_"), (NEARLY, "")],
+    ids=["plain", "rigid modes", "pressure"],
+)
+def test_tangent_that_finds_no_room_is_no_fault_of_the_body(tables, prefix):
+    """MUMPS may take 1 MB; what stands between it and PETSc must not hide that."""
+    scene = read_scene({"mesh": {"size_um": 6.0}, "time": {"history": False}, **tables}, "test")
+    run = Setup(scene, MPI.COMM_SELF, MeshPlan()).create_run(lambda line: None)
+    limit = f"{snes.PREFIX}{prefix}mat_mumps_icntl_23"
+    PETSc.Options()[limit] = 1
+    try:
+        with pytest.raises(MemoryError, match=rf"\({run.u.size} unknowns, ranks: 1, MUMPS error -\d+\)\. Fewer"):
+            run.run(lambda step: None)
+    finally:
+        PETSc.Options().delValue(limit)
+    run.close()
+
+
+@pytest.mark.parametrize(("code", "limit", "reason"), [(-9, 0, "nearly singular"), (-10, 0, "nothing resists")])
+def test_tangent_that_cannot_be_factorised_is_told_from_a_lack_of_memory(code, limit, reason, monkeypatch):
+    body, state = pulled_block()
+    solver = Solver(body, state, PULL)
+    factor = SimpleNamespace(getMumpsInfog=lambda number: code, getMumpsIcntl=lambda number: limit)
+    monkeypatch.setattr(solver, "_direct", SimpleNamespace(getFactorMatrix=lambda: factor))
+    assert reason in solver._factor_fault()
 
 
 # Rigid modes
