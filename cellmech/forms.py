@@ -22,7 +22,6 @@ import numpy as np
 from mpi4py import MPI
 
 from cellmech import fenicsx
-from cellmech.errors import CellmechError
 
 COMPILER_ARGUMENTS = ["-O2", "-g0"]
 PAUSE_S, TELL_S = 0.02, 15.0  # between two looks at the lock; a compilation takes less
@@ -36,23 +35,30 @@ def cache_directory() -> Path:
 
 @contextmanager
 def _compiling(comm: MPI.Comm) -> Iterator[dict[str, Any]]:
-    """The options to compile with, while no other process compiles into the same place."""
+    """The options to compile with, while no other process compiles into the same place. Collective.
+
+    Raises:
+        OSError: on every rank, if the disk refuses the place.
+    """
     directory = cache_directory()
-    options = {"cache_dir": str(directory), "cffi_extra_compile_args": COMPILER_ARGUMENTS, "timeout": 600}
     with ExitStack() as stack:
-        fault, lock = "", None
+        fault = ""
         try:
             if comm.rank == 0:
-                directory.mkdir(parents=True, exist_ok=True)
-                lock = stack.enter_context(open(os.open(directory / "lock", os.O_RDWR | os.O_CREAT), "r+"))
-        except OSError as error:
+                stack.enter_context(_alone(directory))
+        except OSError as error:  # must not leave the other ranks waiting
             fault = str(error.strerror)
         if fault := comm.bcast(fault) if comm.size > 1 else fault:
             rule = f"compiled equations cannot be kept there ({fault})"
-            raise CellmechError(f"{directory}: {rule}. Name another place with XDG_CACHE_HOME.")
-        if lock is None:
-            yield options
-            return
+            raise OSError(f"{directory}: {rule}. Name another place with XDG_CACHE_HOME.")
+        yield {"cache_dir": str(directory), "cffi_extra_compile_args": COMPILER_ARGUMENTS, "timeout": 600}
+
+
+@contextmanager
+def _alone(directory: Path) -> Iterator[None]:
+    """Let one process at a time compile; what a killed one left is removed."""
+    directory.mkdir(parents=True, exist_ok=True)
+    with open(os.open(directory / "lock", os.O_RDWR | os.O_CREAT), "r+", errors="replace") as lock:
         _take(lock, directory / "lock")
         if _looked_at.get(directory) != directory.stat().st_mtime_ns:
             for source in directory.glob("libffcx_*.c"):
@@ -60,7 +66,7 @@ def _compiling(comm: MPI.Comm) -> Iterator[dict[str, Any]]:
                     source.unlink()
             _looked_at[directory] = directory.stat().st_mtime_ns
         with _quiet():
-            yield options
+            yield
 
 
 def _take(lock: IO[str], place: Path) -> None:

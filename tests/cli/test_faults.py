@@ -12,7 +12,7 @@ import pytest
 from cli.programs import ENVIRONMENT, FAKE, cases, end, program, start, tree
 from cli.test_signals import children
 
-from cellmech.archive import finished
+from cellmech.archive import finished, is_final
 
 REAL = "[mesh]\nsize_um = 5.0\n[time]\nrtol = 0.02\n"
 COARSE = "[mesh]\nsize_um = 8.0\n[time]\nhistory = false\n"
@@ -207,14 +207,18 @@ def test_case_folder_that_cannot_be_written_to_fails_its_case_on_all_ranks(folde
     assert json.loads(Path("results/my/b/result.json").read_text())["status"] == "solved"
 
 
-def test_compiler_cache_that_cannot_be_written_to_is_named(folder):
-    Path("my.toml").write_text(REAL)
+def test_compiler_cache_that_cannot_be_written_to_is_named(folder, monkeypatch):
+    Path("my.toml").write_text(COARSE)
     Path("cache").write_text("no folder")
-    code = "import os, sys; os.environ['XDG_CACHE_HOME'] = 'cache'; from cellmech.study import main; "
-    outcome = program(program=("-c", code + "sys.exit(main(['my.toml', '--check']))"))
-    assert (outcome.status, outcome.out) == (1, "")
-    assert outcome.err.startswith("cellmech: error: cache/cellmech: compiled equations cannot be kept there (Not a dir")
-    assert len(outcome.err.splitlines()) == 1
+    monkeypatch.setitem(ENVIRONMENT, "XDG_CACHE_HOME", "cache")
+    why = "the disk refuses: cache/cellmech: compiled equations cannot be kept there (Not a directory). Name another pl"
+    outcome = program("my.toml", "--check")
+    assert (outcome.status, outcome.out, len(outcome.err.splitlines())) == (1, "", 1)
+    assert outcome.err.startswith(f"cellmech: error: my: {why}")
+    outcome = program("my.toml", "--quiet")
+    assert (outcome.status, len(outcome.err.splitlines())) == (1, 1)
+    assert outcome.err.startswith(f"cellmech: my: failed: {why}")
+    assert not is_final(json.loads(Path("results/my/my/result.json").read_text()))
 
 
 @pytest.mark.mpi
