@@ -25,6 +25,7 @@ from cellmech import fenicsx
 
 COMPILER_ARGUMENTS = ["-O2", "-g0"]
 PAUSE_S, TELL_S = 0.02, 15.0  # between two looks at the lock; a compilation takes less
+TIMEOUT_S = 600  # for which FFCx waits for a compilation; without locks one that began earlier is taken for dead
 _looked_at: dict[Path, int] = {}  # when each cache directory last changed before it was looked through [ns]
 
 
@@ -51,7 +52,7 @@ def _compiling(comm: MPI.Comm) -> Iterator[dict[str, Any]]:
         if fault := comm.bcast(fault) if comm.size > 1 else fault:
             rule = f"compiled equations cannot be kept there ({fault})"
             raise OSError(f"{directory}: {rule}. Name another place with XDG_CACHE_HOME.")
-        yield {"cache_dir": str(directory), "cffi_extra_compile_args": COMPILER_ARGUMENTS, "timeout": 600}
+        yield {"cache_dir": str(directory), "cffi_extra_compile_args": COMPILER_ARGUMENTS, "timeout": TIMEOUT_S}
 
 
 @contextmanager
@@ -59,18 +60,23 @@ def _alone(directory: Path) -> Iterator[None]:
     """Let one process at a time compile; what a killed one left is removed."""
     directory.mkdir(parents=True, exist_ok=True)
     with open(os.open(directory / "lock", os.O_RDWR | os.O_CREAT), "r+", errors="replace") as lock:
-        _take(lock, directory / "lock")
+        locked = _take(lock, directory / "lock")
         if _looked_at.get(directory) != directory.stat().st_mtime_ns:
             for source in directory.glob("libffcx_*.c"):
-                if not source.with_suffix(".c.cached").exists():
-                    source.unlink()
+                with suppress(FileNotFoundError):  # without locks another process may be faster
+                    dead = locked or time.time() - source.stat().st_mtime > TIMEOUT_S
+                    if dead and not source.with_suffix(".c.cached").exists():
+                        source.unlink()
             _looked_at[directory] = directory.stat().st_mtime_ns
         with _quiet():
             yield
 
 
-def _take(lock: IO[str], place: Path) -> None:
-    """Wait for the lock; who waits for long, maybe for a process that has been suspended, is told for which."""
+def _take(lock: IO[str], place: Path) -> bool:
+    """Wait for the lock; who waits for long, maybe for a process that has been suspended, is told for which.
+
+    False on a file system without locks. Two that compile the same there still wait for each other, as FFCx does.
+    """
     told_at = time.monotonic() + TELL_S
     while True:
         try:
@@ -84,8 +90,11 @@ def _take(lock: IO[str], place: Path) -> None:
                 text = f"cellmech: waits for process {holder}, which compiles equations and holds {place}"
                 print(text, file=sys.stderr, flush=True)
             time.sleep(PAUSE_S)
+        except OSError:
+            return False
     with suppress(OSError):  # a full disk: the number is for a message only
         os.pwrite(lock.fileno(), f"{os.getpid():<10}".encode(), 0)
+    return True
 
 
 @contextmanager

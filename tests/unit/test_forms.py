@@ -1,5 +1,6 @@
 """The compiler's cache survives a kill, holds each form once, and a process that keeps it locked is named."""
 
+import errno
 import fcntl
 import os
 import signal
@@ -120,6 +121,27 @@ def test_who_waits_long_for_the_compiler_is_told_for_what(tmp_path, monkeypatch,
     where = tmp_path / "cellmech" / "lock"
     assert capsys.readouterr().err == f"cellmech: waits for process 4711, which compiles equations and holds {where}\n"
     assert len(looks) == 3
+
+
+@pytest.mark.parametrize("why", [errno.ENOSYS, errno.ENOLCK, errno.EOPNOTSUPP])
+def test_file_system_without_locks_will_do(why, tmp_path, monkeypatch):
+    """Nobody knows there whether a compilation goes on, but by its age."""
+
+    def refuse(*arguments):
+        raise OSError(why, os.strerror(why))
+
+    monkeypatch.setattr(fcntl, "flock", refuse)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    (tmp_path / "cellmech").mkdir()
+    dead, alive = (tmp_path / "cellmech" / f"libffcx_{name}.c" for name in ("dead", "alive"))
+    alive.touch()
+    dead.touch()
+    long_ago = time.time() - 610.0
+    os.utime(dead, (long_ago, long_ago))
+    square = mesh.create_unit_square(MPI.COMM_SELF, 1, 1)
+    one = forms.compile_form(fem.Constant(square, 1.0) * ufl.dx, MPI.COMM_SELF)
+    assert fem.assemble_scalar(one) == pytest.approx(1.0, rel=1e-14)
+    assert alive.exists() and not dead.exists()
 
 
 def test_form_is_the_same_however_many_constants_were_made_before():
