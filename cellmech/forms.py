@@ -13,15 +13,17 @@ import math
 import os
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, TypeVar
 
 import numpy as np
 from mpi4py import MPI
 
 from cellmech import fenicsx
+
+T = TypeVar("T")
 
 COMPILER_ARGUMENTS = ["-O2", "-g0"]
 PAUSE_S, TELL_S = 0.02, 15.0  # between two looks at the lock; a compilation takes less
@@ -110,28 +112,58 @@ def _quiet() -> Iterator[None]:
         root.setLevel(level)
 
 
+def _compiled(comm: MPI.Comm, make: Callable[[dict[str, Any]], T]) -> T:
+    """What `make` compiles with the options that it gets; once more if what is kept cannot be loaded. Collective."""
+    with _compiling(comm) as options:
+        fault: Exception | None = None
+        try:
+            made = make(options)
+        except Exception as caught:
+            fault = caught
+        again = fault is not None and comm.rank == 0 and _removed(Path(options["cache_dir"]), str(fault))
+        if comm.bcast(again) if comm.size > 1 else again:
+            return make(options)
+        if fault is not None:
+            raise fault
+        return made
+
+
+def _removed(directory: Path, fault: str) -> bool:
+    """Remove what a power cut has cut short, which no run could ever load; whether there was any.
+
+    That is the module that the error names, and any that is said to be there and has no library.
+    """
+    found = False
+    with suppress(OSError):  # then the error that was met is told
+        libraries = {path.name.partition(".")[0] for path in directory.glob("libffcx_*.so")}
+        for mark in directory.glob("libffcx_*.c.cached"):
+            name = mark.name.partition(".")[0]
+            if name in fault or name not in libraries:
+                mark.unlink()  # first: what a kill leaves now is a compilation that was killed
+                for path in directory.glob(f"{name}.*"):
+                    path.unlink()
+                found = True
+    return found
+
+
 def compile_form(form: Any, comm: MPI.Comm) -> Any:
     """The compiled form (collective on comm)."""
-    with _compiling(comm) as options:
-        return fenicsx.compiled_form(form, options)
+    return _compiled(comm, lambda options: fenicsx.compiled_form(form, options))
 
 
 def displacement_space(mesh: Any, degree: int, bubble: bool = False) -> Any:
     """Continuous Lagrange vectors of this degree on a mesh, or P2 with a cubic bubble (collective)."""
-    with _compiling(mesh.comm) as options:
-        return fenicsx.displacement_space(mesh, degree, options, bubble)
+    return _compiled(mesh.comm, lambda options: fenicsx.displacement_space(mesh, degree, options, bubble))
 
 
 def pressure_space(mesh: Any, degree: int = 1) -> Any:
     """Functions of this degree on each cell of a mesh, free to jump between cells (collective)."""
-    with _compiling(mesh.comm) as options:
-        return fenicsx.discontinuous_space(mesh, degree, options)
+    return _compiled(mesh.comm, lambda options: fenicsx.discontinuous_space(mesh, degree, options))
 
 
 def cellwise_space(mesh: Any) -> Any:
     """Functions constant on each cell of a mesh (collective)."""
-    with _compiling(mesh.comm) as options:
-        return fenicsx.discontinuous_space(mesh, 0, options)
+    return _compiled(mesh.comm, lambda options: fenicsx.discontinuous_space(mesh, 0, options))
 
 
 class PointValues:
@@ -144,8 +176,8 @@ class PointValues:
     """
 
     def __init__(self, expression: Any, points: np.ndarray, comm: MPI.Comm) -> None:
-        with _compiling(comm) as options:
-            self._expression = fenicsx.compiled_expression(expression, np.asarray(points, dtype=float), options)
+        points = np.asarray(points, dtype=float)
+        self._expression = _compiled(comm, lambda options: fenicsx.compiled_expression(expression, points, options))
         self.n_points, self._mesh = len(points), fenicsx.mesh_of(expression)
         self.value_size = math.prod(expression.ufl_shape)
 

@@ -1,7 +1,7 @@
 """The package as a library on two ranks: results on both, and what goes wrong on one is known to both."""
 
 import pytest
-from cli.programs import program
+from cli.programs import ENVIRONMENT, program
 
 pytestmark = pytest.mark.mpi
 
@@ -78,3 +78,26 @@ def test_what_goes_wrong_on_one_rank_is_known_to_both(tmp_path):
     )
     for line, start in zip(lines[::2], said, strict=True):
         assert line.startswith(start)
+
+
+SPACE = """
+from dolfinx import mesh
+from mpi4py import MPI
+from cellmech.forms import pressure_space
+
+world = MPI.COMM_WORLD
+space = pressure_space(mesh.create_unit_square(world, 4, 4))
+sizes = world.gather(space.dofmap.index_map.size_global)
+if world.rank == 0:
+    print(*sizes)
+"""
+
+
+def test_module_that_a_power_cut_has_cut_short_is_compiled_anew(tmp_path, monkeypatch):
+    monkeypatch.setitem(ENVIRONMENT, "XDG_CACHE_HOME", str(tmp_path))
+    assert program(ranks=2, program=("-c", SPACE)).out == "96 96\n"
+    (library,) = (tmp_path / "cellmech").glob("libffcx_*.so")
+    library.write_bytes(b"")
+    outcome = program(ranks=2, program=("-c", SPACE))
+    assert outcome.out == "96 96\n", outcome.err
+    assert library.stat().st_size > 0

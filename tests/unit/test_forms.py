@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -99,6 +100,36 @@ def test_killed_compilation_does_not_stop_the_next_run(held, tmp_path):
     out, err = after.communicate(timeout=300)
     assert out == "compiled\n", err
     assert marks[0].with_suffix(".c.cached").exists()
+
+
+@pytest.mark.parametrize("spoil", [lambda path: path.write_bytes(b""), Path.unlink], ids=["empty", "gone"])
+def test_module_that_a_power_cut_has_cut_short_is_compiled_anew(spoil, tmp_path):
+    """It stands beside the mark of a compilation that has ended well."""
+    assert start(tmp_path).communicate(timeout=60)[0] == "compiled\n"
+    modules = list((tmp_path / "cellmech").glob("libffcx_*.so"))
+    for path in modules:
+        spoil(path)
+    out, err = start(tmp_path).communicate(timeout=60)
+    assert out == "compiled\n", err
+    assert len(modules) > 1 and all(path.stat().st_size > 0 for path in modules)
+
+
+def test_error_of_a_compilation_is_told_as_it_is(tmp_path, monkeypatch):
+    """Tried once, and nothing removed: it names no module that is kept."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    tried = []
+
+    def make(options):
+        tried.append(options["cache_dir"])
+        raise RuntimeError("libffcx_forms_ab.c: no compiler")
+
+    kept = [tmp_path / "cellmech" / name for name in ("libffcx_cd.c", "libffcx_cd.c.cached", "libffcx_cd.x86.so")]
+    kept[0].parent.mkdir()
+    for path in kept:
+        path.touch()
+    with pytest.raises(RuntimeError, match="no compiler"):
+        forms._compiled(MPI.COMM_SELF, make)
+    assert len(tried) == 1 and all(path.exists() for path in kept)
 
 
 def test_who_waits_long_for_the_compiler_is_told_for_what(tmp_path, monkeypatch, capsys):
