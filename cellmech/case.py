@@ -6,6 +6,7 @@ import platform
 import resource
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any
 
@@ -67,6 +68,25 @@ def solve_case(
 
     A physical failure is a result too: status "failed", its reason, and the last good state.
     """
+    with ExitStack() as stack:
+        try:
+            return _solve(case, folder, comm, plan, report, additions, stack)
+        except BaseException:
+            if comm.size > 1:  # maybe on this rank alone, which must not wait for the others to free a solver
+                stack.pop_all()
+            raise
+
+
+def _solve(
+    case: Case,
+    folder: CaseFolder,
+    comm: MPI.Comm,
+    plan: MeshPlan,
+    report: Callable[[Progress], None],
+    additions: Additions,
+    stack: ExitStack,
+) -> dict[str, Any]:
+    """As `solve_case`; closing the stack frees the solver."""
     started, scene = time.perf_counter(), case.scene
     earlier_s = 0.0
     folder.write_text("scene.toml", scene_to_toml(scene))
@@ -79,6 +99,7 @@ def solve_case(
     try:
         setup.refuse_without_equilibrium()
         run = setup.create_run(folder.log)
+        stack.callback(run.close)
         for line in describe_model(setup, run).lines():
             folder.log(line)
         observer, watch = Observer(run, setup.layout()), StabilityWatch(run.body, run.state.u)
@@ -131,8 +152,6 @@ def solve_case(
         write_fields(folder, observer, run.t, series)
     folder.agree()
     result = _provenance(case, setup, run, comm)
-    if run is not None:
-        run.close()
     result |= {
         "status": status,
         "reason": reason,

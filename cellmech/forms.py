@@ -90,7 +90,7 @@ def _take(lock: IO[str], place: Path) -> bool:
                 lock.seek(0)
                 holder = lock.read(20).strip() or "?"
                 text = f"cellmech: waits for process {holder}, which compiles equations and holds {place}"
-                print(text, file=sys.stderr, flush=True)
+                say(text, sys.stderr)
             time.sleep(PAUSE_S)
         except OSError:
             return False

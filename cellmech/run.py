@@ -278,8 +278,9 @@ class Run:
         self.out_of_reach = [o for o in self.out_of_reach if o not in reached]
         body = dataclasses.replace(self.body, obstacles=(*self.body.obstacles, *reached))
         self.ledger.rebind(body, self.state)
-        self.solver.close()
+        before = self.solver
         self._bind(body)
+        before.close()
 
     def accept(self, t: float, h: float, outcome: Outcome, error: float | None) -> Step:
         """Take the present displacement as the state at time t [s], after a step h [s]."""

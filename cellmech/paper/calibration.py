@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -105,10 +106,8 @@ def end_state(settings: Settings, overrides: Sequence[str] = ()) -> dict[str, fl
 
     texts = [f"{key}={value}" for key, value in ({"time.history": "false"} | dict(settings)).items()]
     (case,) = load_study(None, [*texts, *overrides]).cases
-    with tempfile.TemporaryDirectory() as place:
-        folder = CaseFolder(Path(place), MPI.COMM_SELF)
+    with tempfile.TemporaryDirectory() as place, closing(CaseFolder(Path(place), MPI.COMM_SELF)) as folder:
         result = solve_case(case, folder, MPI.COMM_SELF, mesh_plan(case.scene), lambda progress: None)
-        folder.close()
     solved = result["status"] == "solved"
     return {q.paper_key: result["nucleus"][f"{q.key}_max{q.suffix}"] if solved else math.nan for q in QUANTITIES}
 

@@ -80,6 +80,28 @@ def test_what_goes_wrong_on_one_rank_is_known_to_both(tmp_path):
         assert line.startswith(start)
 
 
+ALONE = """
+from mpi4py import MPI
+import cellmech
+
+world = MPI.COMM_WORLD
+
+def bug(progress):
+    if world.rank == 1:
+        raise ZeroDivisionError
+
+try:
+    cellmech.solve({"mesh": {"size_um": 8.0}, "time": {"history": False}}, progress=bug)
+except ZeroDivisionError:
+    print("came out", flush=True)
+world.Abort()
+"""
+
+
+def test_rank_that_fails_alone_does_not_wait_for_the_others():
+    assert "came out" in program(ranks=2, program=("-c", ALONE)).out
+
+
 SPACE = """
 from dolfinx import mesh
 from mpi4py import MPI

@@ -42,6 +42,7 @@ from cellmech.paper.calibration import (
 from cellmech.paper.misfit import LOST
 from cellmech.paper.ours import STUDIES
 from cellmech.paper.printed import read_paper
+from cellmech.records import CaseFolder
 from cellmech.study_file import load_study
 
 PRINTED = {
@@ -184,6 +185,23 @@ def test_reading_and_table_agree_with_the_fits(fits: list[Fit]) -> None:
     assert float(records[0]["load.factor"]) == fits[0].values[LOAD] and records[0]["law"] == "neo-hookean"
     page = calibration_markdown(fits, "mesh of mesh.size_um=1")
     assert text.splitlines()[0] in page and "Computed on the mesh of mesh.size_um=1." in page
+
+
+def test_end_state_that_fails_closes_its_files(monkeypatch: pytest.MonkeyPatch) -> None:
+    closed, close = [], CaseFolder.close
+
+    def noted(folder: CaseFolder) -> None:
+        closed.append(folder)
+        close(folder)
+
+    def solve(*arguments: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("cellmech.case.solve_case", solve)
+    monkeypatch.setattr(CaseFolder, "close", noted)
+    with pytest.raises(OSError, match="No space left"):
+        calibration.end_state({"mesh.size_um": 8.0})
+    assert len(closed) == 1
 
 
 def test_command_writes_table_and_studies(
