@@ -22,6 +22,7 @@ import numpy as np
 from mpi4py import MPI
 
 from cellmech import fenicsx
+from cellmech.progress import say
 
 T = TypeVar("T")
 
