@@ -56,7 +56,7 @@ class BorderedLU:
         A, _ = pc.getOperators()
         if self.inner is None:
             self.inner = PETSc.PC().create(pc.getComm())
-            self.inner.setOptionsPrefix(self.prefix + "inner_")
+            self.inner.setOptionsPrefix(self.prefix)
             self.inner.setType("lu")
             self.inner.setFactorSolverType("mumps")
         self.inner.setOperators(A)

@@ -110,16 +110,31 @@ def test_body_that_nothing_holds_is_refused():
 NEARLY = {"cell": {"poisson": 0.499}, "mesh": {"size_um": 6.0, "pressure": "mixed", "order": 2}}
 
 
-@pytest.mark.parametrize(
-    ("tables", "prefix"),
-    [({}, ""), ({"cell": {"shape": "full"}}, "inner_"), (NEARLY, "")],
-    ids=["plain", "rigid modes", "pressure"],
+FACTORISED = pytest.mark.parametrize(
+    "tables", [{}, {"cell": {"shape": "full"}}, NEARLY], ids=["plain", "rigid modes", "pressure"]
 )
-def test_tangent_that_finds_no_room_is_no_fault_of_the_body(tables, prefix):
-    """MUMPS may take 1 MB; what stands between it and PETSc must not hide that."""
+
+
+def run_of(tables):
     scene = read_scene({"mesh": {"size_um": 6.0}, "time": {"history": False}, **tables}, "test")
-    run = Setup(scene, MPI.COMM_SELF, MeshPlan()).create_run(lambda line: None)
-    limit = f"{snes.PREFIX}{prefix}mat_mumps_icntl_23"
+    return Setup(scene, MPI.COMM_SELF, MeshPlan()).create_run(lambda line: None)
+
+
+@FACTORISED
+def test_every_factorisation_has_the_options_of_the_solver(tables):
+    run = run_of(tables)
+    run.run(lambda step: None)
+    solver = run.solver
+    pc = solver._direct if run.modes is None else solver._bordered.inner
+    assert pc.getFactorMatrix().getMumpsIcntl(14) == snes.OPTIONS["mat_mumps_icntl_14"]
+    run.close()
+
+
+@FACTORISED
+def test_tangent_that_finds_no_room_is_no_fault_of_the_body(tables):
+    """MUMPS may take 1 MB; what stands between it and PETSc must not hide that."""
+    run = run_of(tables)
+    limit = f"{snes.PREFIX}mat_mumps_icntl_23"
     PETSc.Options()[limit] = 1
     try:
         with pytest.raises(MemoryError, match=rf"\({run.u.size} unknowns, ranks: 1, MUMPS error -\d+\)\. Fewer"):
