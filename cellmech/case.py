@@ -23,8 +23,9 @@ from cellmech.layering import MeshPlan, mesh_plan
 from cellmech.model import describe_model
 from cellmech.observables import Observer
 from cellmech.records import CaseFolder, flatten
-from cellmech.run import Memory, Run, Step
+from cellmech.run import Run
 from cellmech.scene_file import scene_to_toml
+from cellmech.schedule import Memory, Step
 from cellmech.setup import NONE, Setup
 from cellmech.study_file import Case
 from cellmech.vtu import write_fields

@@ -15,7 +15,7 @@ from dolfinx import fem
 from scipy.spatial import cKDTree
 
 from cellmech.records import CHECKPOINT, CaseFolder
-from cellmech.run import Memory
+from cellmech.schedule import Memory
 
 HASH_BYTES = 32  # SHA-256 of the rest, which is an .npz file
 SAME_NODE = 1e-9  # of the mesh's extent: what rounding may move a node between partitions

@@ -28,8 +28,9 @@ from cellmech.observables import Layout, Ring
 from cellmech.outline import Outline
 from cellmech.placement import Placement, placement, standing
 from cellmech.residual import Body
-from cellmech.run import LOAD_STEPS, Run, Schedule
+from cellmech.run import Run
 from cellmech.scene import LAYER_NAMES, LayerName, Scene
+from cellmech.schedule import LOAD_STEPS, Schedule
 
 # Units inside: µm, s, Pa.
 KG_M3 = 1e-12  # kg/m^3 in Pa s^2/µm^2

@@ -13,7 +13,8 @@ from cellmech import bdf
 from cellmech.errors import SolveError
 
 if TYPE_CHECKING:
-    from cellmech.run import Run, Step
+    from cellmech.run import Run
+    from cellmech.schedule import Step
     from cellmech.snes import Outcome
 
 FIRST_STEP = 1 / 50  # of the ramp; the error control then finds the right one

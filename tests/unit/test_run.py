@@ -6,7 +6,8 @@ from problems import block, displacement_space, hold, solid, wet
 
 from cellmech.materials import mixtures
 from cellmech.residual import Body
-from cellmech.run import Run, Schedule, Totals
+from cellmech.run import Run
+from cellmech.schedule import Schedule, Totals
 from cellmech.snes import Outcome
 from cellmech.stepping import Equilibrium, follow
 

@@ -18,8 +18,9 @@ from cellmech.layering import MeshPlan
 from cellmech.materials import mixtures
 from cellmech.modes import rigid_modes
 from cellmech.residual import Body, State, equilibrium
-from cellmech.run import Run, Schedule
+from cellmech.run import Run
 from cellmech.scene_file import read_scene
+from cellmech.schedule import Schedule
 from cellmech.setup import Setup
 from cellmech.snes import MAX_ITERATIONS, Solver
 

@@ -9,7 +9,8 @@ from problems import block, displacement_space, hold
 
 from cellmech.materials import Material, mixtures
 from cellmech.residual import Body
-from cellmech.run import Run, Schedule
+from cellmech.run import Run
+from cellmech.schedule import Schedule
 
 MU, POISSON, SHEAR = 422.5, 0.3, 62.5
 KAPPA = 2 * MU * (1 + POISSON) / (3 * (1 - 2 * POISSON))

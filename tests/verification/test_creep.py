@@ -13,7 +13,8 @@ from scipy.integrate import solve_ivp
 
 from cellmech.materials import mixtures
 from cellmech.residual import Body
-from cellmech.run import Run, Schedule
+from cellmech.run import Run
+from cellmech.schedule import Schedule
 
 YOUNG, POISSON, TRACTION, END = 10.0, 0.3, 4.0, 3.0
 SHARE, LMBDA_F, MU_F = 0.5, 6.0, 3.0

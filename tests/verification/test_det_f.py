@@ -11,7 +11,8 @@ from cellmech.forms import PointValues
 from cellmech.kinematics import deformation_gradient
 from cellmech.materials import mixtures
 from cellmech.residual import Body, State
-from cellmech.run import Run, Schedule
+from cellmech.run import Run
+from cellmech.schedule import Schedule
 from cellmech.snes import Solver
 from cellmech.stepping import History
 

@@ -18,8 +18,9 @@ from cellmech.energy import Ledger
 from cellmech.materials import mixtures
 from cellmech.records import CaseFolder
 from cellmech.residual import Body, State
-from cellmech.run import Run, Schedule
+from cellmech.run import Run
 from cellmech.scene_file import read_scene
+from cellmech.schedule import Schedule
 from cellmech.study_file import Case
 
 GRAVITY, END = 3.0, 2.0  # Pa/µm, s

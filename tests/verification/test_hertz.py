@@ -17,7 +17,8 @@ from cellmech.energy import Ledger
 from cellmech.materials import mixtures
 from cellmech.outline import Outline, along, depth, slope
 from cellmech.residual import Body, State
-from cellmech.run import Run, Schedule
+from cellmech.run import Run
+from cellmech.schedule import Schedule
 from cellmech.snes import Solver
 
 RADIUS, YOUNG, POISSON = 8.0, 200.0, 0.3

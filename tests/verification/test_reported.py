@@ -19,8 +19,9 @@ from cellmech.materials import mixtures
 from cellmech.observables import Layout, Observer, Ring, point_fields
 from cellmech.records import CaseFolder, flatten
 from cellmech.residual import Body
-from cellmech.run import Run, Schedule
+from cellmech.run import Run
 from cellmech.scene_file import read_scene
+from cellmech.schedule import Schedule
 from cellmech.study_file import Case
 from cellmech.vtu import write_fields
 

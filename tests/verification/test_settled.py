@@ -9,7 +9,8 @@ from cellmech.contact import Contact, Flat, Pillar
 from cellmech.materials import mixtures
 from cellmech.outline import Outline, along, depth, slope
 from cellmech.residual import Body, State
-from cellmech.run import Run, Schedule
+from cellmech.run import Run
+from cellmech.schedule import Schedule
 from cellmech.snes import Solver
 
 GRAVITY = 2.0

@@ -23,8 +23,9 @@ from cellmech.kinematics import deformation_gradient
 from cellmech.layering import MeshPlan
 from cellmech.materials import mixtures
 from cellmech.residual import Body, State, equilibrium
-from cellmech.run import Run, Schedule
+from cellmech.run import Run
 from cellmech.scene_file import read_scene
+from cellmech.schedule import Schedule
 from cellmech.setup import Setup, ramp
 
 CHECKS = 10  # times at which controlled steps are compared, evenly over the whole history
