@@ -18,7 +18,7 @@ from mpi4py import MPI
 from cellmech.shared_memory import SEGMENT, release
 world = MPI.COMM_WORLD
 def named():
-    return sum(bool(SEGMENT.search(line)) and "(deleted)" not in line for line in open("/proc/self/maps"))
+    return sum(SEGMENT in line and "(deleted)" not in line for line in open("/proc/self/maps"))
 before, _, after = named(), release(world), world.allreduce(named())
 assert world.allgather(b"x" * 100000) == [b"x" * 100000] * world.size
 print(before > 0, after)
@@ -37,10 +37,10 @@ def test_forms_are_compiled_for_any_processor():
     assert flags and not [flag for flag in flags if flag.startswith(("-march", "-mcpu", "-mtune=native"))]
 
 
+@pytest.mark.skipif(OPEN_MPI < 5, reason="Open MPI 4 removes its shared memory itself")
 @pytest.mark.parametrize("ranks", [0, pytest.param(3, marks=pytest.mark.mpi)])
 def test_shared_memory_has_no_name_while_it_is_used(ranks):
     launcher = ["mpirun", "-n", str(ranks)] if ranks else []
     command = [*launcher, sys.executable, "-c", SHARES]
     done = subprocess.run(command, capture_output=True, text=True, env=ENVIRONMENT, timeout=60)
-    shares = ranks > 1 or OPEN_MPI >= 5
-    assert (done.returncode, done.stdout) == (0, f"{shares} 0\n" * max(ranks, 1)), done.stderr
+    assert (done.returncode, done.stdout) == (0, "True 0\n" * max(ranks, 1)), done.stderr
