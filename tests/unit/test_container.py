@@ -37,7 +37,7 @@ def test_forms_are_compiled_for_any_processor():
     assert flags and not [flag for flag in flags if flag.startswith(("-march", "-mcpu", "-mtune=native"))]
 
 
-@pytest.mark.skipif(OPEN_MPI < 5, reason="Open MPI 4 removes its shared memory itself")
+@pytest.mark.skipif(OPEN_MPI < 5, reason="Open MPI 4 removes the names at its end, and warns if it cannot")
 @pytest.mark.parametrize("ranks", [0, pytest.param(3, marks=pytest.mark.mpi)])
 def test_shared_memory_has_no_name_while_it_is_used(ranks):
     launcher = ["mpirun", "-n", str(ranks)] if ranks else []
