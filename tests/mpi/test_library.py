@@ -102,13 +102,15 @@ def test_rank_that_fails_alone_does_not_wait_for_the_others():
     assert "came out" in program(ranks=2, program=("-c", ALONE)).out
 
 
-SPACE = """
+FORM = """
+import ufl
 from dolfinx import mesh
 from mpi4py import MPI
-from cellmech.forms import pressure_space
+from cellmech.forms import compile_form, pressure_space
 
 world = MPI.COMM_WORLD
 space = pressure_space(mesh.create_unit_square(world, 4, 4))
+compile_form(ufl.TestFunction(space) * ufl.dx, world)
 sizes = world.gather(space.dofmap.index_map.size_global)
 if world.rank == 0:
     print(*sizes)
@@ -117,9 +119,10 @@ if world.rank == 0:
 
 def test_module_that_a_power_cut_has_cut_short_is_compiled_anew(tmp_path, monkeypatch):
     monkeypatch.setitem(ENVIRONMENT, "XDG_CACHE_HOME", str(tmp_path))
-    assert program(ranks=2, program=("-c", SPACE)).out == "96 96\n"
-    (library,) = (tmp_path / "cellmech").glob("libffcx_*.so")
-    library.write_bytes(b"")
-    outcome = program(ranks=2, program=("-c", SPACE))
+    assert program(ranks=2, program=("-c", FORM)).out == "96 96\n"
+    libraries = list((tmp_path / "cellmech").glob("libffcx_*.so"))
+    for library in libraries:
+        library.write_bytes(b"")
+    outcome = program(ranks=2, program=("-c", FORM))
     assert outcome.out == "96 96\n", outcome.err
-    assert library.stat().st_size > 0
+    assert libraries and all(library.stat().st_size > 0 for library in libraries)
