@@ -12,6 +12,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import IO, Any, Protocol, TypeAlias
 
+from cellmech.accuracy import REGIONS, TABLES
 from cellmech.errors import CellmechError
 from cellmech.records import CHECKPOINT, LOG, RESULT, flatten, to_csv, write_whole
 from cellmech.scene_file import scene_hash
@@ -23,18 +24,7 @@ INTERNAL, DISK = "internal error", "the disk refuses"  # begin the reasons of fa
 MACHINE = ("wall_s", "ranks", "memory_MB")  # differ between runs of equal inputs: kept out of summary.csv
 COSTS = ("steps", "rejected_steps", "newton_iterations", "factorisations", "mesh_cells", "dofs")
 
-REGIONS = ("nucleus", "nucleoplasm", "lamina", "cytosol", "membrane", "cell")
-SHARES = ("share_of_area_percent", "share_of_max", "share_of_integral")
-OF_A_STATE = (
-    *REGIONS,
-    *SHARES,
-    "shape_index",
-    "lamina_pillar_distance_um",
-    "contact",
-    "energy",
-    "settled",
-    "stability",
-)
+OF_A_STATE = (*REGIONS, *TABLES, "lamina_pillar_distance_um", "settled", "stability")
 ALWAYS = ("scene", "t_s", *MACHINE, *COSTS, "versions", "model", *OF_A_STATE)  # keys of every result.json
 
 Record: TypeAlias = dict[str, Any]

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 from cli.programs import cases, tree
+from locked_writes import locked_writes
 
 from cellmech import agenda
-from cellmech.archive import alone_in
 
 REFINED = ["mesh-1", "mesh-2", "time", "smoothing", "penalty", "quadrature"]
 
@@ -44,15 +44,7 @@ def test_as_many_elements_across_as_there_may_be_stay_so(fake, folder):
 
 
 def test_errors_are_written_while_no_other_process_is_at_work_there(fake, folder, monkeypatch):
-    write, met = agenda.write_whole, []
-
-    def look_and_write(path, text):
-        with pytest.raises(BlockingIOError), alone_in(path.parent):
-            pass
-        met.append(path.name)
-        write(path, text)
-
-    monkeypatch.setattr(agenda, "write_whole", look_and_write)
+    met = locked_writes(agenda, monkeypatch)
     Path("my.toml").write_text(cases("a"))
     assert fake("my.toml", "--accuracy").status == 0
     assert met == ["result.json", "accuracy.csv"]

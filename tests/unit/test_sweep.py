@@ -3,6 +3,7 @@
 import signal
 
 import pytest
+from locked_writes import locked_writes
 from mpi4py import MPI
 
 from cellmech import sweep as sweep_module
@@ -108,18 +109,11 @@ def test_error_of_a_case_is_its_result_and_the_next_goes_on(sweep, tmp_path, err
 
 def test_folder_is_kept_from_others_until_a_failure_is_written(sweep, tmp_path, monkeypatch):
     """Else a process that waits for it finds no result and solves the case again."""
-    write, met = sweep_module.write_whole, []
-
-    def look_and_write(path, text):
-        with pytest.raises(BlockingIOError), alone_in(path.parent):
-            pass
-        met.append(path.name)
-        write(path, text)
+    met = locked_writes(sweep_module, monkeypatch)
 
     def solve(case, folder, comm, plan, report):
         raise SolveError("slides")
 
-    monkeypatch.setattr(sweep_module, "write_whole", look_and_write)
     sweep(solve, "a")
     assert met == ["result.json"]
     with alone_in(tmp_path / "a"):
