@@ -163,8 +163,8 @@ class Contact:
 
     def virtual_work(self, u, w, obstacle: Obstacle, dx, ds):
         """Virtual work of the contact force on w [Pa µm], over the measure this form acts on."""
-        mesh = u.function_space.mesh
-        X = ufl.SpatialCoordinate(mesh)
+        domain = w.ufl_function_space().ufl_domain()
+        X = ufl.SpatialCoordinate(domain)
         if self.form == "surface":
-            return ufl.dot(self.surface_traction(u, ufl.FacetNormal(mesh), X, obstacle), w) * ds
+            return ufl.dot(self.surface_traction(u, ufl.FacetNormal(domain), X, obstacle), w) * ds
         return ufl.dot(self.body_force(u, X, obstacle), w) * dx

@@ -36,11 +36,12 @@ class Ledger:
         self.body, self.state = body, state
         comm = body.domain.mesh.comm
         w = ufl.TestFunction(body.space)
-        self._stored = compile_form(stored_energy(body, state), comm)
-        self._kinetic = None if body.density is None else compile_form(kinetic_energy(body, state), comm)
+        parts = state.parts()
+        self._stored = compile_form(stored_energy(body, parts), comm)
+        self._kinetic = None if body.density is None else compile_form(kinetic_energy(body, state.written()), comm)
         terms = {
             "load": load_work(body, w),
-            "viscous": viscous_work(body, state, w),
+            "viscous": viscous_work(body, parts, w),
             "contact": contact_work(body, state, w),
         }
         self._terms = {name: compile_form(form, comm) for name, form in terms.items() if form is not None}

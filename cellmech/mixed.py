@@ -36,12 +36,19 @@ class ElementPressure:
         domain: mesh and groups.
         mixtures: materials; p is 0 where they are not mixed.
         space: of p, discontinuous.
-        u: displacement [µm].
+        u: displacement [µm], made of the unknown.
+        unknown: what Newton's method looks for [µm].
         degree: quadrature degree.
     """
 
     def __init__(
-        self, domain: Domain, mixtures: Sequence[Mixture], space: fem.FunctionSpace, u: fem.Function, degree: int
+        self,
+        domain: Domain,
+        mixtures: Sequence[Mixture],
+        space: fem.FunctionSpace,
+        u: Any,
+        unknown: fem.Function,
+        degree: int,
     ) -> None:
         self.p = fem.Function(space)
         self._comm, q, r = domain.mesh.comm, ufl.TestFunction(space), ufl.TrialFunction(space)
@@ -57,7 +64,8 @@ class ElementPressure:
         self.M = petsc.assemble_matrix(compile_form(compliance, self._comm))
         self.M.assemble()
         self.D = _inverse_of_blocks(self.M)
-        self._gradient = compile_form(ufl.derivative(dilatation, u, ufl.TrialFunction(u.function_space)), self._comm)
+        du = ufl.TrialFunction(unknown.function_space)
+        self._gradient = compile_form(ufl.derivative(dilatation, unknown, du), self._comm)
         self.B = petsc.create_matrix(self._gradient)
         self.scale = self._scale(domain, mixtures, degree)
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import copy
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import ufl
 from dolfinx import fem
+from mpi4py import MPI
 
 from cellmech.contact import Contact, Obstacle
 from cellmech.domain import Domain
@@ -74,25 +76,90 @@ class TimeDerivative:
         return self._a[0] * now + self._a[1] * before + self._a[2] * earlier
 
 
+class Displacement:
+    """A displacement at one time, `whole`, and the same written as a translation, `offset`, and the rest, `part` [µm].
+
+    Strains made of the part keep the digits that those of the whole lose to the translation: a stiff body sinks much
+    farther than it deforms, and a falling one travels many radii.
+    """
+
+    def __init__(self, space: fem.FunctionSpace) -> None:
+        self.whole, self.part = fem.Function(space), fem.Function(space)
+        self.offset = fem.Constant(space.mesh, np.zeros(2))
+
+    @property
+    def written(self) -> Any:
+        """Part and offset as one UFL expression."""
+        return self.part + self.offset
+
+    def join(self) -> None:
+        """Make the whole what part and offset say."""
+        self.whole.x.array[:] = self._joined()
+
+    def split(self, free: np.ndarray) -> None:
+        """Make the mean of the whole, as far as it is free to move, the offset; unless the two agree. Collective."""
+        space, u = self.whole.function_space, self.whole.x.array
+        index_map, comm = space.dofmap.index_map, space.mesh.comm
+        if comm.allreduce(bool(np.array_equal(u, self._joined())), op=MPI.LAND):
+            return
+        nodes = u.reshape(-1, 2)
+        total = comm.allreduce(nodes[: index_map.size_local].sum(axis=0))
+        self.offset.value = np.where(free, total / index_map.size_global, 0.0)
+        self.part.x.array[:] = (nodes - self.offset.value).ravel()
+        self.join()
+
+    def _joined(self) -> np.ndarray:
+        return (self.part.x.array.reshape(-1, 2) + self.offset.value).ravel()
+
+    def take(self, other: Displacement) -> None:
+        """Become equal to another one."""
+        self.whole.x.array[:], self.part.x.array[:] = other.whole.x.array, other.part.x.array
+        self.offset.value = other.offset.value
+
+
 class State:
-    """Displacement now and at the two accepted times before [µm], and the rates the forms are made of."""
+    """Displacement now and at the two accepted times before [µm], and the rates the forms are made of.
+
+    `u` may be set by its values; whoever reads what is made of the parts calls `update` then.
+    """
 
     def __init__(self, body: Body) -> None:
         V = body.space
-        self.u, self.u_n, self.u_nn = (fem.Function(V) for _ in range(3))
+        self.now, self.before, self.earlier = (Displacement(V) for _ in range(3))
+        self.u, self.u_n, self.u_nn = (d.whole for d in (self.now, self.before, self.earlier))
         self.v_n, self.v_nn = (fem.Function(V) for _ in range(2))
         self.ddt = TimeDerivative(V.mesh)
+        self.free = free_translations(body)
         self.pressure: ElementPressure | None = None
         if body.pressure_space is not None:
-            self.pressure = ElementPressure(body.domain, body.mixtures, body.pressure_space, self.u, body.bulk_degree)
+            u = self.now.written, self.now.part
+            self.pressure = ElementPressure(body.domain, body.mixtures, body.pressure_space, *u, body.bulk_degree)
 
     @property
     def p(self) -> fem.Function | None:
         """Pressure of the mixed materials, positive in tension [Pa]; of the last `update`."""
         return None if self.pressure is None else self.pressure.p
 
+    def written(self) -> State:
+        """The same state, its displacements written as part and offset; the unknown of its forms is `now.part`."""
+        return self._view(*(d.written for d in (self.now, self.before, self.earlier)))
+
+    def parts(self) -> State:
+        """The same state without its translations: for what is made of strains alone."""
+        return self._view(self.now.part, self.before.part, self.earlier.part)
+
+    def _view(self, now: Any, before: Any, earlier: Any) -> State:
+        view = copy.copy(self)
+        view.u, view.u_n, view.u_nn = now, before, earlier
+        return view
+
+    def split(self) -> None:
+        """Bring part and offset to the displacement's present value. Collective."""
+        self.now.split(self.free)
+
     def update(self) -> None:
-        """Bring what follows from the displacement to its present value: the pressure of mixed materials."""
+        """Bring what follows from the displacement to its present value: its part, the pressure of mixed materials."""
+        self.split()
         if self.pressure is not None:
             self.pressure.update()
 
@@ -108,22 +175,46 @@ class State:
         """d^2u/dt^2 [µm/s^2]."""
         return self.ddt(self.velocity(), self.v_n, self.v_nn)
 
+    def offsets(self) -> list[list[float]]:
+        """The translations now and at the two times before [µm]."""
+        return [d.offset.value.tolist() for d in (self.now, self.before, self.earlier)]
+
     def fields(self, inertia: bool) -> dict[str, fem.Function]:
-        """All that the state consists of, by name; velocities only where they are used."""
-        return {name: getattr(self, name) for name in ("u", "u_n", "u_nn", *(("v_n", "v_nn") if inertia else ()))}
+        """All else that the state consists of, by name; velocities only where they are used."""
+        parts = {"u": self.now.part, "u_n": self.before.part, "u_nn": self.earlier.part}
+        return parts | ({"v_n": self.v_n, "v_nn": self.v_nn} if inertia else {})
+
+    def recall(self, offsets: Sequence[Sequence[float]], fields: Mapping[str, np.ndarray], inertia: bool) -> None:
+        """Become what `offsets` and `fields` said. Collective."""
+        for name, function in self.fields(inertia).items():
+            function.x.array[:] = fields[name]
+        for displacement, offset in zip((self.now, self.before, self.earlier), offsets, strict=True):
+            displacement.offset.value = offset
+            displacement.join()
+        self.update()
 
     def rest(self) -> None:
-        """Take the current displacement as one of rest: it was the same at all earlier times."""
-        self.u_n.x.array[:] = self.u.x.array
-        self.u_nn.x.array[:] = self.u.x.array
+        """Take the current displacement as one of rest: it was the same at all earlier times. Collective."""
+        self.split()
+        self.before.take(self.now)
+        self.earlier.take(self.now)
 
     def advance(self, a: Sequence[float], inertia: bool) -> None:
         """Make the current displacement the last accepted one; velocities by the formula of the step, a [1/s]."""
+        self.split()
         if inertia:
             self.v_nn.x.array[:] = self.v_n.x.array
             self.v_n.x.array[:] = a[0] * self.u.x.array + a[1] * self.u_n.x.array + a[2] * self.u_nn.x.array
-        self.u_nn.x.array[:] = self.u_n.x.array
-        self.u_n.x.array[:] = self.u.x.array
+        self.earlier.take(self.before)
+        self.before.take(self.now)
+
+
+def free_translations(body: Body) -> np.ndarray:
+    """Whether no Dirichlet condition holds the x or the y component anywhere, shape (2,). Collective."""
+    held = np.zeros(2, dtype=bool)
+    for bc in body.bcs:
+        held[np.unique(bc.dof_indices()[0] % 2)] = True
+    return ~np.asarray(body.domain.mesh.comm.allreduce(held, op=MPI.LOR))
 
 
 def stored_energy(body: Body, state: State) -> ufl.Form:
@@ -190,9 +281,11 @@ def load_work(body: Body, w: Any) -> ufl.Form:
 def equilibrium(body: Body, state: State, amplitude: Any) -> tuple[ufl.Form, ufl.Form]:
     """Residual R(u; w) of eq. 32 [Pa µm] and its tangent K = dR/du, always by `ufl.derivative`.
 
-    With mixed materials K is the tangent at fixed pressure; `cellmech.saddle` has the rest.
+    With mixed materials K is the tangent at fixed pressure; `cellmech.saddle` has the rest. The unknown is `state.u`,
+    or `now.part` of a state that is written as part and offset.
     """
     w, du = ufl.TestFunction(body.space), ufl.TrialFunction(body.space)
+    unknown = state.u if isinstance(state.u, fem.Function) else state.now.part
     R = internal_work(body, state, w) - amplitude * load_work(body, w)
     for resisting in (viscous_work(body, state, w), inertial_work(body, state, w)):
         if resisting is not None:
@@ -200,4 +293,4 @@ def equilibrium(body: Body, state: State, amplitude: Any) -> tuple[ufl.Form, ufl
     contact = contact_work(body, state, w)
     if contact is not None:
         R -= contact
-    return R, ufl.derivative(R, state.u, du)
+    return R, ufl.derivative(R, unknown, du)

@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 from mpi4py import MPI
-from scipy.optimize import brentq
 
 from cellmech.contact import Obstacle
 from cellmech.energy import Ledger
@@ -15,6 +14,7 @@ from cellmech.modes import RigidModes
 from cellmech.outline import Outline
 from cellmech.residual import Body, State
 from cellmech.schedule import LOAD_STEPS, Memory, Schedule, Step, Totals
+from cellmech.settling import settle
 from cellmech.snes import TOLERANCE, Outcome, Solver
 from cellmech.stepping import LoadSteps, TimeSteps
 
@@ -53,6 +53,7 @@ class Run:
         self.comm: MPI.Comm = body.domain.mesh.comm
         self.totals, self.t, self.last_step_s = Totals(), 0.0, 0.0
         self.outline = Outline(body.domain, body.space, "outer")
+        self.reach_um = self.comm.allreduce(float(np.ptp(body.domain.mesh.geometry.x, axis=0).max()), op=MPI.MAX)
         self.largest = 0.0
         self.ledger = Ledger(body, self.state)
         if touching and body.obstacles:
@@ -71,7 +72,7 @@ class Run:
         would jump at the first load, however small.
         """
         self.body = self.ledger.body
-        self.u[:] = self._rigid_guess(TOUCHING)
+        self._settle(TOUCHING)
         self.state.rest()
         self.ledger.rest()
 
@@ -143,37 +144,30 @@ class Run:
         mine = float(np.sqrt(np.max(np.sum(values.reshape(-1, 2) ** 2, axis=1), initial=0.0)))
         return self.comm.allreduce(mine, op=MPI.MAX)
 
-    def solve(self, amplitude: float, from_rest: bool, rough: bool = False, leap: bool = False) -> Outcome:
-        """Solve at a load amplitude from the present displacement, or from rest, and count what it took."""
-        if from_rest and self.body.density is None and self.body.obstacles:
-            self.u[:] = self._rigid_guess(amplitude)
+    def solve(self, amplitude: float, rough: bool = False, leap: bool = False) -> Outcome:
+        """Solve at a load amplitude, beginning near the present displacement, and count what it took."""
+        self._settle(amplitude)
         outcome = self.solver.solve(amplitude, rough=rough, leap=leap)
         self.totals.newton_iterations += outcome.iterations
         self.totals.factorisations += outcome.factorisations
         return outcome
 
-    def _rigid_guess(self, amplitude: float) -> np.ndarray:
-        """The translation along the load that balances it with the contact: at first touch the tangent is singular."""
+    def _settle(self, amplitude: float) -> None:
+        """Move the displacement along the load to where the contact balances it, if that can be; else leave it."""
+        if self.body.density is not None or not self.body.obstacles:
+            return
         load = amplitude * self.ledger.load_resultant()
-        size = float(np.linalg.norm(load))
-        if size == 0.0:
-            return np.zeros_like(self.u)
+        size, u = float(np.linalg.norm(load)), self.u.copy()
+        if size == 0.0 or not np.all(self.state.free[load != 0.0]):
+            return
         direction = load / size
 
         def imbalance(distance: float) -> float:
-            self.u[:] = np.tile(distance * direction, len(self.u) // 2)
+            self.u[:] = u + np.tile(distance * direction, len(u) // 2)
             return float(self.ledger.contact_force() @ direction) + size
 
-        far = 1e-6
-        while imbalance(far) > 0:
-            far *= 2
-            if far > 1.0:
-                return np.zeros_like(self.u)
-        near = self.body.contact.threshold_um if self.body.contact else 0.0  # a volume force acts before touch
-        if imbalance(near) < 0:
-            return np.zeros_like(self.u)  # there already: a width of the contact larger than the body
-        distance = brentq(imbalance, near, far, xtol=1e-15, rtol=1e-10)
-        return np.tile(distance * direction, len(self.u) // 2)
+        distance = settle(imbalance, size, self.reach_um)
+        self.u[:] = u + np.tile((distance or 0.0) * direction, len(u) // 2)
 
     def reaches_more(self) -> bool:
         """Whether the body has come to obstacles that were left out; they are put in. Collective."""
@@ -223,6 +217,7 @@ class Run:
             "out_of_reach": [str(o) for o in self.out_of_reach],
             "ledger": self.ledger.numbers(),
             "stepping": self.stepping.numbers(),
+            "offsets": self.state.offsets(),
         }
         fields = {name: f.x.array.copy() for name, f in state.items()} | self.ledger.fields() | self.stepping.fields()
         return Memory(numbers, fields)
@@ -232,9 +227,7 @@ class Run:
         numbers, fields = memory.numbers, memory.fields
         if reached := [o for o in self.out_of_reach if str(o) not in numbers["out_of_reach"]]:
             self._put_in(reached)
-        for name, function in self.state.fields(self.body.density is not None).items():
-            function.x.array[:] = fields[name]
-        self.state.update()
+        self.state.recall(numbers["offsets"], fields, self.body.density is not None)
         self.t, self.last_step_s, self.largest = (numbers[key] for key in ("t", "last_step_s", "largest"))
         self.totals = Totals(**numbers["totals"])
         self.schedule = dataclasses.replace(self.schedule, load_steps=numbers["load_steps"])

@@ -48,11 +48,11 @@ class Samples:
         tags = np.zeros(int(np.max(cells, initial=-1)) + 1, dtype=np.int32)
         inside = body.domain.cell_tags.indices < len(tags)
         tags[body.domain.cell_tags.indices[inside]] = body.domain.cell_tags.values[inside]
-        self._parts = []
+        self._parts, state = [], run.state.parts()
         for mixture in body.mixtures:
             numbers = [body.domain.cells[name] for name in mixture.names]
             rows = np.flatnonzero(np.isin(tags[cells], numbers))
-            self._parts.append((rows, PointValues(state_quantities(run.state, mixture), points, mesh.comm)))
+            self._parts.append((rows, PointValues(state_quantities(state, mixture), points, mesh.comm)))
         place = ufl.as_vector([*ufl.SpatialCoordinate(mesh), ufl.JacobianDeterminant(mesh)])
         placed = PointValues(place, points, mesh.comm)(cells)
         self.position, self.area = placed[..., :2], np.abs(placed[..., 2]) * weights

@@ -20,9 +20,8 @@ from cellmech.saddle import Elimination, Saddle
 
 TOLERANCE = 1e-7  # share of the load that may be out of balance
 ROUGH = 1e-3  # share of the load that may be out of balance in a state on the way to another
-ROUND_OFF = 1e-13  # share of the force scale that residuals are never asked to go below
-STALLED = 1e-10  # share of the force scale at which a residual that stays has met round-off, not trouble
-LARGEST_NOISE = 1e-6  # the same where the tangent is so stiff that round-off reaches further
+BALANCED = 3e-4  # share of the load's sum that round-off may keep out of balance, as a 2-norm, in a state that counts
+ROUNDING = 8 * float(np.finfo(float).eps)  # of a position: what its arithmetic may be off by
 STALL_RATE = 0.5  # a residual that a new tangent reduces by less than this factor stays
 CRUSHED = 1e-3  # det F at and below which a solution is none: no continuum, and its stresses lose all digits
 SINGULAR = "the tangent is singular: nothing resists some motion of the body"
@@ -47,6 +46,7 @@ class Outcome:
         factorisations: tangents assembled and factorised.
         residual: its 2-norm at the end [Pa µm].
         reason: why it did not converge, in physical terms; "" otherwise.
+        drowned: whether round-off is why: no other step or guess will help.
     """
 
     converged: bool
@@ -54,6 +54,7 @@ class Outcome:
     factorisations: int
     residual: float
     reason: str = ""
+    drowned: bool = False
 
 
 class Solver:
@@ -62,9 +63,9 @@ class Solver:
     Args:
         body: the problem.
         state: its displacements; `state.u` is the first guess and receives the solution.
-        force_scale: a force per depth of the problem, such as the weight [Pa µm].
-        tolerance: the residual's 2-norm is brought below this share of the load's 2-norm at the time [-], or below
-            `ROUND_OFF` of the force scale, whichever is larger; without a dead load, below this share of the scale.
+        force_scale: a force per depth of the problem [Pa µm], used where there is no dead load.
+        tolerance: the residual's 2-norm is brought below this share of the load's 2-norm at the time [-]; without a
+            dead load, of the force scale. Where round-off forbids that, below `BALANCED` of it.
         modes: rigid motions to take out.
     """
 
@@ -79,7 +80,7 @@ class Solver:
         self.body, self.state, self.modes = body, state, modes
         self.comm: MPI.Comm = body.domain.mesh.comm
         self.amplitude = fem.Constant(body.domain.mesh, 0.0)
-        R, K = equilibrium(body, state, self.amplitude)
+        R, K = equilibrium(body, state.written(), self.amplitude)
         self._R, self._K = compile_form(R, self.comm), compile_form(K, self.comm)
         self._A, self._r = petsc.create_matrix(self._K), petsc.create_vector(self._R)
         self._u = self._r.duplicate()
@@ -88,12 +89,13 @@ class Solver:
         self._x = self._b.duplicate()
         self._watch = DetFWatch(body, state)
         self.factorisations, self._keep, self._stale, self._norm = 0, False, False, np.inf
-        self._thrifty, self._stiffness, self._search = True, 0.0, ""
+        self._thrifty, self._search = True, ""
         self._extent = self.comm.allreduce(float(np.abs(body.domain.mesh.geometry.x).max(initial=0.0)), op=MPI.MAX)
-        self._tolerance, self._force_scale, self._atol = tolerance, force_scale, 0.0
+        self._tolerance, self._force_scale, self._atol, self._sum = tolerance, force_scale, 0.0, 0.0
         load = petsc.assemble_vector(compile_form(load_work(body, ufl.TestFunction(body.space)), self.comm))
         load.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
-        self._load_norm = load.norm()
+        self._load_norm, self._load_sum = load.norm(), load.norm(PETSc.NormType.NORM_1)
+        load.destroy()
         self._snes = self._create_snes()
 
     def _create_snes(self) -> PETSc.SNES:
@@ -167,7 +169,6 @@ class Solver:
                 if first <= pin < last:
                     A.setValue(pin, pin, self._bordered.stiffness, PETSc.InsertMode.ADD_VALUES)
             A.assemble()
-        self._stiffness = A.norm(PETSc.NormType.NORM_FROBENIUS)
         self.factorisations += 1
 
     def _verdict(self, snes: PETSc.SNES, iteration: int, norms: tuple[float, float, float]) -> int:
@@ -178,17 +179,30 @@ class Solver:
         if residual <= self._atol:
             return reason.CONVERGED_FNORM_ABS
         stays = iteration > 0 and not self._stale and residual > STALL_RATE * self._norm
-        return reason.CONVERGED_SNORM_RELATIVE if stays and residual <= self._noise() else reason.ITERATING
+        if not stays or residual > self._round_off(snes.getSolution()):
+            return reason.ITERATING
+        return reason.CONVERGED_SNORM_RELATIVE if residual <= BALANCED * self._sum else reason.DIVERGED_DTOL
 
-    def _noise(self) -> float:
-        """The residual's 2-norm below which round-off may hold it up [Pa µm].
+    def _round_off(self, x: PETSc.Vec) -> float:
+        """The residual's 2-norm that rounding alone may leave at these unknowns [Pa µm]; measured. Collective.
 
-        It is a sum of stiffness times position of which each term is rounded: 3e-10 of the weight was met with a lamina
-        of 1e5 Pa, where the tolerance is 1e-11 of it.
+        Every unknown is moved by some units of its last place, up or down, and the body as a whole by some of its
+        positions' last place, which contact and inertia feel.
         """
-        moved = self.comm.allreduce(float(np.abs(self.state.u.x.array).max(initial=0.0)), op=MPI.MAX)
-        rounding = np.finfo(float).eps * self._stiffness * (self._extent + moved)
-        return max(STALLED * self._force_scale, min(rounding, LARGEST_NOISE * self._force_scale))
+        moved, before, after = x.duplicate(), self._b.duplicate(), self._b.duplicate()
+        signs = np.random.default_rng(0).choice((-1.0, 1.0), x.getLocalSize())
+        moved.setArray(x.getArray(readonly=True) * (1.0 + ROUNDING * signs))
+        offset = self.state.now.offset.value.copy()
+        self._residual(self._snes, x, before)
+        self.state.now.offset.value = offset + ROUNDING * (self._extent + np.abs(offset).max())
+        self._residual(self._snes, moved, after)
+        self.state.now.offset.value = offset
+        self._set_unknowns(x)
+        after.axpy(-1.0, before)
+        noise = float(after.norm())
+        for held in (moved, before, after):
+            held.destroy()
+        return noise
 
     def _use(self, search: str) -> None:
         """Set the line search."""
@@ -217,15 +231,17 @@ class Solver:
         owned = x.getArray(readonly=True)
         n = self._u.getLocalSize()
         self._u.setArray(owned[:n])
-        self.state.u.x.array[:n] = owned[:n]
-        self.state.u.x.scatter_forward()
+        self.state.now.part.x.array[:n] = owned[:n]
+        self.state.now.part.x.scatter_forward()
+        self.state.now.join()
         if self.state.pressure is not None:
             self.state.pressure.values[:] = owned[n:]
             self.state.pressure.p.x.scatter_forward()
 
     def _unknowns(self) -> np.ndarray:
         """This rank's unknowns as the state has them, boundary data put in."""
-        self._u.setArray(self.state.u.x.array[: self._u.getLocalSize()])
+        self.state.split()
+        self._u.setArray(self.state.now.part.x.array[: self._u.getLocalSize()])
         petsc.set_bc(self._u, list(self.body.bcs))
         pressure = self.state.pressure
         return np.concatenate([self._u.getArray(), [] if pressure is None else pressure.values])
@@ -243,7 +259,8 @@ class Solver:
         self.amplitude.value = amplitude
         before, iterations = self.factorisations, 0
         load = abs(amplitude) * self._load_norm if self._load_norm else self._force_scale
-        self._atol = max((ROUGH if rough else self._tolerance) * load, ROUND_OFF * self._force_scale)
+        self._sum = abs(amplitude) * self._load_sum if self._load_norm else self._force_scale
+        self._atol = (ROUGH if rough else self._tolerance) * load
         most = LEAP_ITERATIONS if leap else MAX_ITERATIONS
         self._snes.setTolerances(rtol=0.0, atol=self._atol, stol=0.0, max_it=most)
         guess = self._unknowns()
@@ -254,10 +271,10 @@ class Solver:
             fenicsx.solve(self._snes, self._x)
             iterations += self._snes.getIterationNumber()
             reason, residual = self._snes.getConvergedReason(), float(self._snes.getFunctionNorm())
-            converged = reason > 0 or (np.isfinite(residual) and residual <= self._noise())
             self._set_unknowns(self._x)
-            converged = converged and self._watch.admissible(CRUSHED)
-            if converged:
+            converged = reason > 0 and self._watch.admissible(CRUSHED)
+            drowned = reason == PETSc.SNES.ConvergedReason.DIVERGED_DTOL
+            if converged or drowned:
                 break
             unsolved = reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE
             if unsolved or self.factorisations > tangents:
@@ -275,7 +292,8 @@ class Solver:
             iterations=iterations,
             factorisations=self.factorisations - before,
             residual=residual,
-            reason="" if converged else fault or self._explain(reason),
+            reason="" if converged else fault or self._explain(reason, residual),
+            drowned=drowned,
         )
 
     def _factor_fault(self) -> str:
@@ -297,10 +315,20 @@ class Solver:
             return f"the tangent is nearly singular: pivoting outgrows the room foreseen for it (MUMPS error {code})"
         return SINGULAR
 
-    def _explain(self, reason: int) -> str:
+    def _drowning(self, residual: float) -> str:
+        """What round-off hides, and what it would not."""
+        text = f"round-off keeps forces of {residual:.2g} Pa um out of balance beside a load of {self._sum:.2g} Pa um"
+        if not self._sum:
+            return text
+        times = residual / (BALANCED * self._sum)
+        return f"{text}: {times:.2g} times the load, or moduli and penalty so much smaller, could be resolved"
+
+    def _explain(self, reason: int, residual: float) -> str:
         names = {getattr(PETSc.SNES.ConvergedReason, n): n for n in dir(PETSc.SNES.ConvergedReason) if n[0] != "_"}
         if reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE:
             return SINGULAR
+        if reason == PETSc.SNES.ConvergedReason.DIVERGED_DTOL:
+            return self._drowning(residual)
         if self._watch.worst is not None:
             value, x, y = self._watch.worst
             where = f"det F = {value:.2g} at reference x = {x:.3g}, y = {y:.3g} um"

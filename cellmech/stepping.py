@@ -21,6 +21,7 @@ FIRST_STEP = 1 / 50  # of the ramp; the error control then finds the right one
 SMALLEST_STEP = 1e-10  # of the ramp, or the end time without one: below it a failing step is a failure of the physics
 SMALLEST_ACCURATE = 1e-14  # the same where the solve succeeds and the error is what is too large: a body that falls
 CUT = 0.25  # of a step whose solve failed
+GROWN = 4.0  # times a first step whose load is lost in round-off
 SMALLEST_LOAD_STEP = 1e-4  # of full load: how closely the last equilibrium is followed
 FIRST_LOAD = 1 / 8  # share of the load to begin with where no steps are prescribed and all of it at once is too much
 PUT_ON = 1e-4  # of the end time: within this step a load that is there at once is put on
@@ -63,7 +64,7 @@ class TimeSteps:
         Raises:
             SolveError: no way on; the state is the last accepted one.
         """
-        run, failures = self.run, 0
+        run, failures, reason = self.run, 0, ""
         self._move_history()
         if run.totals.steps == 0 and run.jumps:
             return self._put_on()
@@ -74,12 +75,17 @@ class TimeSteps:
             run.state.ddt.set(a)
             guess = self.history.predict(h)
             run.u[:] = guess if failures < 2 else self.history.values[0]
-            outcome = run.solve(run.body.amplitude(t), from_rest=run.totals.steps == 0)
+            outcome = run.solve(run.body.amplitude(t))
             if not outcome.converged:
                 failures += 1
                 run.totals.failed_solves += 1
+                if outcome.drowned and run.totals.steps == 0 and t < run.schedule.next_landing(0.0):
+                    run.log(f"t = {t:.6g} s: {outcome.reason}; the first step is made longer")
+                    self.wish = GROWN * h
+                    continue
+                reason = reason or outcome.reason
                 run.log(f"t = {t:.6g} s, step {h:.3g} s: {outcome.reason}; step cut")
-                self.wish = self._shorter(CUT * h, SMALLEST_STEP, outcome.reason)
+                self.wish = self._shorter(0.0 if outcome.drowned else CUT * h, SMALLEST_STEP, reason)
                 continue
             error = run.relative(bdf.error_factor(steps[:3]) * (run.u - guess))
             if not self.controller.accepts(error):
@@ -182,7 +188,7 @@ def follow(run: Run, start: Equilibrium, target: float, smallest: float, leap: b
     """
     here, rough, increment, iterations, factorisations = start, True, target - start.amplitude, 0, 0
     if leap:
-        outcome = run.solve(target, from_rest=start.at_rest, leap=True)
+        outcome = run.solve(target, leap=True)
         if outcome.converged:
             return Equilibrium(target, run.u.copy()), outcome
         increment, iterations, factorisations = FIRST_LOAD * increment, outcome.iterations, outcome.factorisations
@@ -190,7 +196,7 @@ def follow(run: Run, start: Equilibrium, target: float, smallest: float, leap: b
         reaches = abs(target - here.amplitude) <= abs(increment) * (1 + 1e-9)
         aim = target if reaches else here.amplitude + increment
         run.u[:] = here.u
-        outcome = run.solve(aim, from_rest=here.at_rest, rough=rough and not reaches)
+        outcome = run.solve(aim, rough=rough and not reaches)
         iterations, factorisations = iterations + outcome.iterations, factorisations + outcome.factorisations
         if outcome.converged:
             here = Equilibrium(aim, run.u.copy())
@@ -200,7 +206,7 @@ def follow(run: Run, start: Equilibrium, target: float, smallest: float, leap: b
             run.log(f"load amplitude {aim:.6g}: {outcome.reason}; load step halved")
             if rough and here is not start:
                 run.u[:] = here.u
-                exact = run.solve(here.amplitude, from_rest=False)
+                exact = run.solve(here.amplitude)
                 here = Equilibrium(here.amplitude, run.u.copy()) if exact.converged else start
             rough, increment = False, (aim - here.amplitude) / 2
         if (reaches and outcome.converged) or abs(increment) < smallest:

@@ -104,7 +104,7 @@ class Scripted:
         self.hard, self.calls, self.u = hard, [], np.zeros(1)
         self.totals, self.log = Totals(), lambda line: None
 
-    def solve(self, amplitude, from_rest, rough=False, leap=False):
+    def solve(self, amplitude, rough=False, leap=False):
         self.calls.append((amplitude, rough, leap))
         found = not leap and amplitude - self.u[0] <= self.hard
         self.u[:] = amplitude if found else np.nan
