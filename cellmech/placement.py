@@ -1,5 +1,8 @@
 """Where the cell starts: lowered vertically until it first touches, then lifted by the gap.
 
+A cell that nothing but contact holds, and that touches on a slope beside a second obstacle, slides a little down to
+where it touches both: there it starts, since its equilibrium is near there and not where it was put.
+
 Disc and pillars are superellipses |x/w|^p + |y/h|^p <= 1. At each x the distance of two centres at which the shapes
 just touch is the sum of their half heights there. Both are concave, so the sum has one maximum, which bisection on
 its slope finds to the last digit: the sum at that x is the vertical distance of first touch.
@@ -20,6 +23,11 @@ Obstacle = int | Literal["flat"]
 
 # Two obstacles count as touched together when their first touches differ by less than this share of the radius.
 TIE = 1e-9
+# Share of the radius that a cell may slide to where it rests on both sides; farther away is another scene.
+FARTHEST_SLIDE = 0.1
+STEEP = 1e-9  # sine of a slope on which a cell slides: what rounding of its place may give is none
+LOOKS = 200  # at the substrate along a radius: each obstacle's level is as smooth there as the cell is round
+
 
 
 class Touch(NamedTuple):
@@ -32,11 +40,15 @@ class Touch(NamedTuple):
 
 
 class Placement(NamedTuple):
-    """The cell's centre at the start [µm], `gap_um` above first touch; `touch` is empty when nothing is below."""
+    """The cell's centre at the start [µm], `gap_um` above first touch; `touch` is empty when nothing is below.
+
+    `slide_um` is how far it has been moved along x to where it rests.
+    """
 
     centre_x_um: float
     centre_y_um: float
     touch: tuple[Touch, ...]
+    slide_um: float = 0.0
 
 
 class Overlap(NamedTuple):
@@ -117,29 +129,72 @@ def placement(scene: Scene) -> Placement:
     The touch points lie on the substrate. Of a half cell's symmetric pairs only the one at x >= 0 is given. With
     nothing below the cell's width, its lowest point starts at y = gap_um and `touch` is empty.
     """
-    touches = _touches(scene)
     x, gap, radius = scene.cell.centre_x_um, scene.cell.gap_um, scene.radius_um
-    if not touches:
+    first = _first(scene, x)
+    if not first:
         return Placement(x, gap + radius, ())
-    first = max(level for level, _ in touches)
-    return Placement(x, first + gap, tuple(touch for level, touch in touches if level >= first - TIE * radius))
+    slide = _slide(scene, FARTHEST_SLIDE * radius) or 0.0
+    if slide:
+        first = _first(scene, x + slide)
+    return Placement(x + slide, first[0][0] + gap, tuple(touch for _, touch in first), slide)
 
 
-def overlaps(scene: Scene, centre_y_um: float) -> tuple[Overlap, ...]:
-    """Obstacles that the disc with its centre at `centre_y_um` [µm] overlaps, deepest first.
+def rest_beside(scene: Scene) -> float | None:
+    """How far along x from where it was put a cell that touches on a slope would rest [µm]; None if not near by."""
+    return _slide(scene, 2 * scene.radius_um)
+
+
+def slope_at(touch: tuple[Touch, ...]) -> float:
+    """Sine of the slope that a cell with these points of first touch slides down, > 0 to the right; 0 where it rests."""
+    tilts = [point.normal[0] for point in touch]
+    return min(tilts, key=abs) if tilts and (min(tilts) > 0) == (max(tilts) > 0) else 0.0
+
+
+def _slide(scene: Scene, farthest: float) -> float | None:
+    """The way along x [µm] down to the first place where the cell touches on both sides; None if it is not needed."""
+    x = scene.cell.centre_x_um
+    slope = slope_at(tuple(touch for _, touch in _first(scene, x)))
+    if scene.cell.shape == "half" or scene.cell.inertia or not scene.has_weight or slope == 0.0:
+        return None
+    sign = 1.0 if slope > 0 else -1.0
+
+    def still_slides(way: float) -> bool:
+        first = _first(scene, x + sign * way)
+        return bool(first) and sign * slope_at(tuple(touch for _, touch in first)) > 0.0
+
+    step = scene.radius_um / LOOKS
+    here = 0.0
+    while still_slides(here + step):
+        here += step
+        if here > farthest:
+            return None
+    there = here + step
+    while here < (middle := 0.5 * (here + there)) < there:
+        here, there = (middle, there) if still_slides(middle) else (here, middle)
+    return sign * there if len(_first(scene, x + sign * there)) > 1 else None
+
+
+def _first(scene: Scene, x: float) -> tuple[tuple[float, Touch], ...]:
+    """(level of the centre [µm], touch) of the obstacles that a cell centred at x [µm] touches first, all but tied."""
+    touches = _touches(scene, x)
+    first = max((level for level, _ in touches), default=0.0)
+    return tuple((level, touch) for level, touch in touches if level >= first - TIE * scene.radius_um)
+
+
+def overlaps(scene: Scene, start: Placement) -> tuple[Overlap, ...]:
+    """Obstacles that the cell at its start overlaps, deepest first.
 
     The depth is the vertical travel to touch. More than `TIE` radii count, so that touching is no overlap.
     """
     depths: dict[Obstacle, float] = {}
-    for level, touch in _touches(scene):
-        if level - centre_y_um > TIE * scene.radius_um:
-            depths[touch.obstacle] = max(level - centre_y_um, depths.get(touch.obstacle, 0.0))
+    for level, touch in _touches(scene, start.centre_x_um):
+        if level - start.centre_y_um > TIE * scene.radius_um:
+            depths[touch.obstacle] = max(level - start.centre_y_um, depths.get(touch.obstacle, 0.0))
     return tuple(sorted((Overlap(*item) for item in depths.items()), key=lambda overlap: -overlap.depth_um))
 
 
-def _touches(scene: Scene) -> tuple[tuple[float, Touch], ...]:
-    half = scene.cell.shape == "half"
-    return _touches_of(scene.radius_um, scene.cell.centre_x_um, half, scene.pillar, scene.flat)
+def _touches(scene: Scene, x: float) -> tuple[tuple[float, Touch], ...]:
+    return _touches_of(scene.radius_um, x, scene.cell.shape == "half", scene.pillar, scene.flat)
 
 
 @lru_cache(maxsize=256)  # the cases of a sweep mostly share one geometry

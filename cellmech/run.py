@@ -130,7 +130,7 @@ class Run:
     def rate(self) -> float:
         """Largest nodal displacement rate over the last step [µm/s], 0 at constant load without memory."""
         amplitude = self.body.amplitude
-        if not self.body.rate_dependent and amplitude(self.t * (1 - 1e-6)) == amplitude(self.t):
+        if not self.body.rate_dependent and amplitude(self.t - self.last_step_s) == amplitude(self.t):
             return 0.0
         return self._largest_node(self.u - self.state.u_n.x.array) / self.last_step_s
 
@@ -146,7 +146,8 @@ class Run:
 
     def solve(self, amplitude: float, rough: bool = False, leap: bool = False) -> Outcome:
         """Solve at a load amplitude, beginning near the present displacement, and count what it took."""
-        self._settle(amplitude)
+        if self.body.density is None and self.body.obstacles:
+            self._settle(amplitude)
         outcome = self.solver.solve(amplitude, rough=rough, leap=leap)
         self.totals.newton_iterations += outcome.iterations
         self.totals.factorisations += outcome.factorisations
@@ -154,8 +155,6 @@ class Run:
 
     def _settle(self, amplitude: float) -> None:
         """Move the displacement along the load to where the contact balances it, if that can be; else leave it."""
-        if self.body.density is not None or not self.body.obstacles:
-            return
         load = amplitude * self.ledger.load_resultant()
         size, u = float(np.linalg.norm(load)), self.u.copy()
         if size == 0.0 or not np.all(self.state.free[load != 0.0]):

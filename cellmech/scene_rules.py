@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
+from cellmech.instants import CLOSEST, apart
 from cellmech.placement import TIE, Arch, Standing, overlaps, placement, standing, touch_of
 from cellmech.scene_parts import LAYER_NAMES
 
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
 MOST_CELLS = 5e6  # what fits into the memory of a large workstation
 FINEST_CONTACT = 1e-5  # of the cell's radius: a contact zone of a fifth of the radius then has 20,000 edges
 THINNEST_LAYER = 1e-4  # of the cell's radius, 1 nm of Table 1's cell: thinner is no continuum, and no mesh
-CLOSEST_TIMES = 1e-9  # of time.end_s: times closer than this cannot both be landed on
 
 
 class Breach(NamedTuple):
@@ -139,7 +139,7 @@ def _start(scene: Scene) -> Iterator[Breach]:
         yield Breach("cell.centre_x_um", "must be 0 µm for a half cell", cell.centre_x_um, hint)
         return
     start = placement(scene)
-    for obstacle, depth in overlaps(scene, start.centre_y_um):
+    for obstacle, depth in overlaps(scene, start):
         name = "the flat" if obstacle == "flat" else f"pillar.{obstacle}"
         rule = f"must be >= 0 µm: the cell would overlap {name} by {depth:g} µm"
         yield Breach("cell.gap_um", rule, cell.gap_um, "The gap is the vertical travel to first touch.")
@@ -169,10 +169,9 @@ def _mesh(scene: Scene) -> Iterator[Breach]:
 
 def _times(scene: Scene) -> Iterator[Breach]:
     times, end = scene.output.times_s, scene.time.end_s
-    rule = f"must rise, at least {CLOSEST_TIMES:g} of time.end_s apart, and end by time.end_s = {end:g} s"
+    rule = f"must rise, at least {CLOSEST:g} of time.end_s apart, and end by time.end_s = {end:g} s"
     for i, (earlier, later) in enumerate(pairwise((0.0, *times))):
-        too_late = later > end or end * (1 - CLOSEST_TIMES) < later < end
-        if too_late or later - earlier < CLOSEST_TIMES * end:
+        if not apart(earlier, later, end) or (later != end and not apart(later, end, end)):
             yield Breach(f"output.times_s.{i}", rule, later, "The end is always written and need not be listed.")
 
 

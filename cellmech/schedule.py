@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
+
+from cellmech.instants import distinct
 
 LOAD_STEPS = 20  # reported equilibria of a ramp when nothing depends on rate
 
@@ -45,7 +48,7 @@ class Schedule:
 
     Args:
         end_s: end [s].
-        landings_s: times that are hit exactly: end of the ramp, output times.
+        outputs_s: times that are hit exactly.
         rtol: tolerated relative local error of a step [-].
         ramp_end_s: end of the load ramp [s]; 0 when the load is switched on at once.
         load_steps: into how many a ramp is divided when nothing depends on rate; 0 for the landings only.
@@ -53,7 +56,7 @@ class Schedule:
     """
 
     end_s: float
-    landings_s: tuple[float, ...] = ()
+    outputs_s: tuple[float, ...] = ()
     rtol: float = 1e-3
     ramp_end_s: float = 0.0
     load_steps: int = LOAD_STEPS
@@ -69,14 +72,24 @@ class Schedule:
         """Whether a load that comes on bit by bit may be put on at once."""
         return self.ramp_end_s > 0 and not self.load_steps
 
+    @cached_property
+    def landings_s(self) -> tuple[float, ...]:
+        """Times that are hit exactly: outputs, the ramp's end unless it is skipped, the end [s]."""
+        return distinct(self.outputs_s, (self.ramp_end_s,) if self.load_steps else (), self.end_s)
+
+    @cached_property
+    def load_landings_s(self) -> tuple[float, ...]:
+        """The same and what divides the ramp, for a body of which nothing depends on rate [s]."""
+        parts = (self.ramp_end_s * k / self.load_steps for k in range(1, self.load_steps))
+        return distinct(self.landings_s, parts, self.end_s)
+
     def next_landing(self, t: float) -> float:
         """The first landing time after t [s]."""
-        return min([x for x in self.landings_s if x > t * (1 + 1e-12)] + [self.end_s])
+        return next(x for x in self.landings_s if x > t)
 
     def next_load_step(self, t: float) -> float:
         """The first time after t [s] that is a landing or divides the ramp."""
-        parts = [self.ramp_end_s * k / self.load_steps for k in range(1, self.load_steps + 1)]
-        return min([self.next_landing(t), *(x for x in parts if t * (1 + 1e-12) < x)])
+        return next(x for x in self.load_landings_s if x > t)
 
 
 @dataclass(frozen=True)

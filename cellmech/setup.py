@@ -26,7 +26,7 @@ from cellmech.modes import rigid_modes
 from cellmech.moduli import lame
 from cellmech.observables import Layout, Ring
 from cellmech.outline import Outline
-from cellmech.placement import Placement, placement, standing
+from cellmech.placement import STEEP, Placement, placement, rest_beside, slope_at, standing
 from cellmech.residual import Body
 from cellmech.run import Run
 from cellmech.scene import LAYER_NAMES, LayerName, Scene
@@ -249,12 +249,14 @@ class Setup:
             return
         if self.weight < 0:
             raise SolveError("floats: the medium is denser than the cell, no equilibrium without inertia")
-        touch = self.place.touch
-        if not self.half and not self.mirror_symmetric and len(touch) == 1 and abs(touch[0].normal[0]) > 1e-9:
-            raise SolveError(
-                f"slides: no equilibrium; the only touch is on a slope (x = {touch[0].x_um:.4g} um, normal tilted by "
-                f"{math.degrees(math.asin(touch[0].normal[0])):.3g} degrees) and contact is frictionless"
-            )
+        slope = slope_at(self.place.touch)
+        if not self.half and abs(slope) > STEEP:
+            touch, way = self.place.touch[0], rest_beside(self.scene)
+            text = f"slides: no equilibrium; the only touch is on a slope (x = {touch.x_um:.4g} um, normal tilted by "
+            text += f"{math.degrees(math.asin(slope)):.3g} degrees) and contact is frictionless"
+            if way is not None:
+                text += f"; it would rest at cell.centre_x_um = {self.place.centre_x_um + way:.6g}"
+            raise SolveError(text)
 
     def layout(self) -> Layout:
         """What the observables need to know of the geometry."""
@@ -271,11 +273,9 @@ class Setup:
     def schedule(self) -> Schedule:
         """Times to land on, and the tolerance."""
         scene, end = self.scene, self.scene.time.end_s
-        turn = (scene.ramp_end_s,) if scene.time.history else ()
-        landings = {t for t in (*turn, *scene.output.times_s) if 0 < t < end}
         load_steps = LOAD_STEPS if scene.time.history else 0
         ramp_end = min(scene.ramp_end_s, end)
-        return Schedule(end, tuple(sorted(landings)), scene.time.rtol, ramp_end, load_steps, self._small_um())
+        return Schedule(end, scene.output.times_s, scene.time.rtol, ramp_end, load_steps, self._small_um())
 
     def _small_um(self) -> float:
         """A displacement that is small beside what the load leads to [µm]: on Table 1 a twentieth of it.

@@ -179,7 +179,7 @@ class Solver:
         if residual <= self._atol:
             return reason.CONVERGED_FNORM_ABS
         stays = iteration > 0 and not self._stale and residual > STALL_RATE * self._norm
-        if not stays or residual > self._round_off(snes.getSolution()):
+        if not stays or not residual <= self._round_off(snes.getSolution()):
             return reason.ITERATING
         return reason.CONVERGED_SNORM_RELATIVE if residual <= BALANCED * self._sum else reason.DIVERGED_DTOL
 
@@ -187,7 +187,7 @@ class Solver:
         """The residual's 2-norm that rounding alone may leave at these unknowns [Pa µm]; measured. Collective.
 
         Every unknown is moved by some units of its last place, up or down, and the body as a whole by some of its
-        positions' last place, which contact and inertia feel.
+        positions' last place, which contact and inertia feel. NaN where that turns the material inside out.
         """
         moved, before, after = x.duplicate(), self._b.duplicate(), self._b.duplicate()
         signs = np.random.default_rng(0).choice((-1.0, 1.0), x.getLocalSize())

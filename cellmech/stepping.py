@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +22,7 @@ FIRST_STEP = 1 / 50  # of the ramp; the error control then finds the right one
 SMALLEST_STEP = 1e-10  # of the ramp, or the end time without one: below it a failing step is a failure of the physics
 SMALLEST_ACCURATE = 1e-14  # the same where the solve succeeds and the error is what is too large: a body that falls
 CUT = 0.25  # of a step whose solve failed
+RECOVERY = 1.3  # times it, with each accepted step, the largest step after one whose solve failed
 GROWN = 4.0  # times a first step whose load is lost in round-off
 SMALLEST_LOAD_STEP = 1e-4  # of full load: how closely the last equilibrium is followed
 FIRST_LOAD = 1 / 8  # share of the load to begin with where no steps are prescribed and all of it at once is too much
@@ -56,6 +58,7 @@ class TimeSteps:
         self.history = History(depth=3)
         self.history.push(run.u, None)
         self.wish = FIRST_STEP * run.schedule.scale_s
+        self.most = math.inf  # step [s] after one whose solve failed
         self.formula: tuple[float, float, float] | None = None  # of the last accepted step, until history moves
 
     def advance(self) -> Step:
@@ -79,11 +82,11 @@ class TimeSteps:
             if not outcome.converged:
                 failures += 1
                 run.totals.failed_solves += 1
-                if outcome.drowned and run.totals.steps == 0 and t < run.schedule.next_landing(0.0):
+                if outcome.drowned and not reason and run.totals.steps == 0 and t < run.schedule.next_landing(0.0):
                     run.log(f"t = {t:.6g} s: {outcome.reason}; the first step is made longer")
                     self.wish = GROWN * h
                     continue
-                reason = reason or outcome.reason
+                reason, self.most = reason or outcome.reason, h / 2
                 run.log(f"t = {t:.6g} s, step {h:.3g} s: {outcome.reason}; step cut")
                 self.wish = self._shorter(0.0 if outcome.drowned else CUT * h, SMALLEST_STEP, reason)
                 continue
@@ -97,7 +100,8 @@ class TimeSteps:
             if run.reaches_more():
                 run.u[:] = self.history.values[0]
                 continue
-            self.formula, self.wish = a, h * self.controller.factor(error)
+            self.formula, self.wish = a, min(h * self.controller.factor(error), self.most)
+            self.most *= RECOVERY
             self.history.push(run.u, h)
             return run.accept(t, h, outcome, error)
 
@@ -144,7 +148,8 @@ class TimeSteps:
 
     def numbers(self) -> dict[str, Any]:
         """What, with the state, makes the next steps those of an uninterrupted run."""
-        return {"wish": self.wish, "steps": self.history.steps, "formula": self.formula}
+        most = None if self.most == math.inf else self.most
+        return {"wish": self.wish, "most": most, "steps": self.history.steps, "formula": self.formula}
 
     def fields(self) -> dict[str, np.ndarray]:
         """Displacements to keep besides those of the state: none."""
@@ -153,6 +158,7 @@ class TimeSteps:
     def recall(self, numbers: dict[str, Any], fields: dict[str, np.ndarray]) -> None:
         """Go on from there; the state has been recalled."""
         self.wish, self.formula = numbers["wish"], tuple(numbers["formula"])
+        self.most = math.inf if numbers["most"] is None else numbers["most"]
         state, steps = self.run.state, list(numbers["steps"])
         state.ddt.set(self.formula)
         values = [f.x.array.copy() for f in (state.u, state.u_n, state.u_nn)]

@@ -79,7 +79,7 @@ def test_rate_is_the_largest_nodal_displacement_of_the_last_step_over_its_time()
 
 
 def test_landings_are_hit_exactly():
-    run, times = creeping(landings_s=(0.3, 1.1), rtol=1e-2), []
+    run, times = creeping(outputs_s=(0.3, 1.1), rtol=1e-2), []
     run.run(lambda step: times.append(step.t_s))
     assert {0.3, 1.1} < set(times) and times[-1] == 2.0
     assert np.all(np.diff(times) > 0)

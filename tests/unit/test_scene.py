@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 
 from cellmech.errors import InputError
 from cellmech.fields import Number
-from cellmech.placement import overlaps, placement
+from cellmech.placement import Placement, overlaps, placement
 from cellmech.scene import LAYER_NAMES, Cell, Load, Pillar, Scene
 from cellmech.scene_file import read_scene, scene_hash, scene_to_toml
 
@@ -570,10 +570,10 @@ def test_placement_beside_a_pillar_stands_on_the_flat():
 
 def test_overlaps_gives_the_vertical_travel_to_be_free_of_each_obstacle():
     scene = Scene()
-    assert overlaps(scene, 9.5) == ()
-    assert overlaps(scene, 9.5 - 1e-9) == ()
-    assert overlaps(scene, 9.0) == ((0, 0.5),)
-    assert overlaps(scene, -1.0) == ((0, 10.5), ("flat", 1.0))
+    assert overlaps(scene, Placement(0.0, 9.5, ())) == ()
+    assert overlaps(scene, Placement(0.0, 9.5 - 1e-9, ())) == ()
+    assert overlaps(scene, Placement(0.0, 9.0, ())) == ((0, 0.5),)
+    assert overlaps(scene, Placement(0.0, -1.0, ())) == ((0, 10.5), ("flat", 1.0))
 
 
 # Out and back
