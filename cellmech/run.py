@@ -13,7 +13,7 @@ from cellmech.energy import Ledger
 from cellmech.modes import RigidModes
 from cellmech.outline import Outline
 from cellmech.residual import Body, State
-from cellmech.schedule import LOAD_STEPS, Memory, Schedule, Step, Totals
+from cellmech.schedule import LOAD_STEPS, SMALL, Memory, Schedule, Step, Totals
 from cellmech.settling import settle
 from cellmech.snes import TOLERANCE, Outcome, Solver
 from cellmech.stepping import LoadSteps, TimeSteps
@@ -54,10 +54,10 @@ class Run:
         self.totals, self.t, self.last_step_s = Totals(), 0.0, 0.0
         self.outline = Outline(body.domain, body.space, "outer")
         self.reach_um = self.comm.allreduce(float(np.ptp(body.domain.mesh.geometry.x, axis=0).max()), op=MPI.MAX)
-        self.largest = 0.0
+        self.largest = [0.0, 0.0]  # displacement so far, and its deforming part [µm]
         self.ledger = Ledger(body, self.state)
         if touching and body.obstacles:
-            self._touch()
+            self._touch(schedule.end_s if body.rate_dependent else 0.0)
         self._bind(body)
         self.ledger.begin(body.amplitude(0.0) if body.rate_dependent and not self.jumps else 0.0)
         self.stepping = TimeSteps(self) if body.rate_dependent else LoadSteps(self)
@@ -65,14 +65,20 @@ class Run:
         self.checkpoint_every = max(1, min(CHECKPOINT_STEPS, CHECKPOINT_WORK // unknowns))
         self._beginning = self.memory() if schedule.skips_the_ramp and not body.rate_dependent else None
 
-    def _touch(self) -> None:
+    def _touch(self, end_s: float) -> None:
         """Translate the resting body until the first quadrature point of the contact would feel the obstacle.
 
         A curved edge touches between its quadrature points (some 1e-5 µm early); without this start the displacement
-        would jump at the first load, however small.
+        would jump at the first load, however small. How far the load at the end [s] alone would press a rigid body in
+        is no small displacement either.
         """
         self.body = self.ledger.body
         self._settle(TOUCHING)
+        touching = self.u.copy()
+        self._settle(self.body.amplitude(end_s))
+        sunk = self._largest_node(self.u - touching)
+        self.schedule = dataclasses.replace(self.schedule, small_um=max(self.schedule.small_um, SMALL * sunk))
+        self.u[:] = touching
         self.state.rest()
         self.ledger.rest()
 
@@ -135,9 +141,25 @@ class Run:
         return self._largest_node(self.u - self.state.u_n.x.array) / self.last_step_s
 
     def relative(self, error: np.ndarray) -> float:
-        """Largest nodal length of an error [µm] over the largest displacement so far [-]. Collective."""
-        self._largest_now = max(self.largest, self._largest_node(self.u))
-        return self._largest_node(error) / max(self._largest_now, self.schedule.small_um)
+        """Largest nodal length of an error [µm] over the largest displacement so far [-]. Collective.
+
+        With inertia also that of its deforming part over the largest such part: how far a body fell is no measure of
+        how accurately it is deformed.
+        """
+        small = self.schedule.small_um
+        now, before = [self._largest_node(self.u)], self.largest
+        errors = [self._largest_node(error)]
+        if self.body.density is not None:
+            now.append(self._largest_node(self._deforming(self.u)))
+            errors.append(self._largest_node(self._deforming(error)))
+        self._largest_now = [max(pair) for pair in zip(now, before, strict=False)]
+        return max(e / max(largest, small) for e, largest in zip(errors, self._largest_now, strict=True))
+
+    def _deforming(self, values: np.ndarray) -> np.ndarray:
+        """A nodal vector less its mean. Collective."""
+        index_map, nodes = self.body.space.dofmap.index_map, values.reshape(-1, 2)
+        total = self.comm.allreduce(nodes[: index_map.size_local].sum(axis=0))
+        return (nodes - total / index_map.size_global).ravel()
 
     def _largest_node(self, values: np.ndarray) -> float:
         """Largest length of a nodal vector over all ranks."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from cellmech.instants import distinct
 
+SMALL = 0.15  # of a displacement that the load leads to: errors of what is smaller are not relative to it
 LOAD_STEPS = 20  # reported equilibria of a ramp when nothing depends on rate
 
 

@@ -30,7 +30,7 @@ from cellmech.placement import STEEP, Placement, placement, rest_beside, slope_a
 from cellmech.residual import Body
 from cellmech.run import Run
 from cellmech.scene import LAYER_NAMES, LayerName, Scene
-from cellmech.schedule import LOAD_STEPS, Schedule
+from cellmech.schedule import LOAD_STEPS, SMALL, Schedule
 
 # Units inside: µm, s, Pa.
 KG_M3 = 1e-12  # kg/m^3 in Pa s^2/µm^2
@@ -38,7 +38,6 @@ M_S2 = 1e6  # m/s^2 in µm/s^2
 
 ZONE_OVER_HERTZ = 1.32  # on Table 1 the contact edge lies at 0.9 of Hertz's half-width, the membrane's peaks beyond it
 NEAR = 5e-4  # of the radius: an obstacle that near is modelled from the start
-SMALL = 0.15  # of the load over the softest stiffness: below such a displacement errors are not relative to it
 SMALL_FALL_UM = 1e-3  # the same for a cell that falls
 OVERLAP = 1e-6  # of the radius: so deep an obstacle may begin, for rounding
 NONE = Additions()
@@ -278,16 +277,17 @@ class Setup:
         return Schedule(end, scene.output.times_s, scene.time.rtol, ramp_end, load_steps, self._small_um())
 
     def _small_um(self) -> float:
-        """A displacement that is small beside what the load leads to [µm]: on Table 1 a twentieth of it.
+        """A displacement that is small beside what the load leads to by the end [µm]: on Table 1 a twentieth of it.
 
-        For a cell that falls a small displacement is that of its first moments.
+        For a cell that falls a small displacement is that of its first moments. A stiff cell sinks into its obstacle
+        more than this tells; the run looks after that.
         """
         if self.falls:
             return SMALL_FALL_UM
         layers = map(self.scene.layer_of, LAYER_NAMES)
         soft = min(layer.young_Pa * max(1 - layer.fluid_fraction, 0.1) for layer in layers)
-        radius = self.scene.radius_um
-        return min(max(SMALL * abs(self.force_density) * radius**2 / soft, 1e-4 * radius), 1e-2 * radius)
+        load, radius = abs(self.force_density) * self.body.amplitude(self.scene.time.end_s), self.scene.radius_um
+        return min(SMALL * load * radius**2 / soft, 1e-2 * radius)
 
     def create_run(self, log: Callable[[str], None]) -> Run:
         """The run, its zero modes removed where the scene has any."""

@@ -24,7 +24,7 @@ SMALLEST_ACCURATE = 1e-14  # the same where the solve succeeds and the error is 
 CUT = 0.25  # of a step whose solve failed
 RECOVERY = 1.3  # times it, with each accepted step, the largest step after one whose solve failed
 GROWN = 4.0  # times a first step whose load is lost in round-off
-SMALLEST_LOAD_STEP = 1e-4  # of full load: how closely the last equilibrium is followed
+SMALLEST_LOAD_STEP = 1e-4  # of the load that is sought: how closely the last equilibrium is followed
 FIRST_LOAD = 1 / 8  # share of the load to begin with where no steps are prescribed and all of it at once is too much
 PUT_ON = 1e-4  # of the end time: within this step a load that is there at once is put on
 EASY = 8  # Newton iterations up to which a load step was small: the next one may be twice as large
@@ -112,10 +112,10 @@ class TimeSteps:
         that its error is small. This one's is not controlled; the history by which later steps are judged begins after.
         """
         run, rest = self.run, Equilibrium(0.0, self.history.values[0], at_rest=True)
-        h = PUT_ON * run.schedule.end_s
+        h = min(PUT_ON * run.schedule.end_s, run.schedule.next_landing(0.0))
         amplitude, a = run.body.amplitude(h), bdf.coefficients([h])
         run.state.ddt.set(a)
-        _, outcome = follow(run, rest, amplitude, SMALLEST_LOAD_STEP, leap=True)
+        _, outcome = follow(run, rest, amplitude, SMALLEST_LOAD_STEP * amplitude, leap=True)
         if not outcome.converged:
             run.u[:] = rest.u
             raise SolveError(run.no_way_on(outcome.reason, 0.0))
@@ -209,6 +209,9 @@ def follow(run: Run, start: Equilibrium, target: float, smallest: float, leap: b
             increment *= 2 if outcome.iterations <= EASY else 1
         else:
             run.totals.failed_solves += 1
+            if outcome.drowned:  # no smaller load is larger beside what rounding leaves
+                run.u[:] = here.u
+                return here, dataclasses.replace(outcome, iterations=iterations, factorisations=factorisations)
             run.log(f"load amplitude {aim:.6g}: {outcome.reason}; load step halved")
             if rough and here is not start:
                 run.u[:] = here.u
@@ -260,7 +263,7 @@ class LoadSteps:
 
     def _follow(self, start: Equilibrium, target: float) -> Outcome:
         leap = start.at_rest and not self.run.schedule.load_steps
-        self.last, outcome = follow(self.run, start, target, SMALLEST_LOAD_STEP, leap)
+        self.last, outcome = follow(self.run, start, target, SMALLEST_LOAD_STEP * target, leap)
         return outcome
 
     def numbers(self) -> dict[str, Any]:
