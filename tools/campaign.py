@@ -15,12 +15,8 @@ Exit status: 0 nothing wrong; 1 something is.
 from __future__ import annotations
 
 import argparse
-import copy
 import csv
-import json
-import os
 import shutil
-import subprocess
 import sys
 import tempfile
 import threading
@@ -29,20 +25,18 @@ from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests"), str(ROOT / "tools")]
-from campaign_checks import Fault, differences, judge  # noqa: E402
-from campaign_scenes import Data, Draw, draw  # noqa: E402
+from campaign_checks import Fault, history_is_balanced, judge, read_history  # noqa: E402
+from campaign_runs import Record, Runner  # noqa: E402
+from campaign_scenes import Draw, draw  # noqa: E402
+from campaign_twins import changed_digits, differences, twin_of  # noqa: E402
 from campaign_verdicts import rounding, strain, verdict  # noqa: E402
-from fuzz import ENVIRONMENT, STUDY, Worker  # noqa: E402
 from hostile import dumped  # noqa: E402
 
-from cellmech.scene_file import read_scene  # noqa: E402
-
-SCENES_A_WORKER = 40  # after which it is replaced: modules that it has loaded stay in its memory
 TWIN, RANKS, END_STATE = 1e-6, 1e-5, 1e-3  # by how much two runs of one scene may differ
+OTHER_MESH = 0.05  # the same where Gmsh makes another mesh of the scaled geometry
 AT_REST = 30.0  # relaxation times after which a history has come to its end state
 BALANCED, SILENT, WRONG_STATE = "solved-and-balanced", "SILENT ERROR", "failed, last state WRONG"
 GOOD = (BALANCED, "verdict supported", "round-off named")
@@ -86,56 +80,30 @@ class Campaign:
     Args:
         out: folder of what is reported.
         seed: of the scenes.
-        limit_s: time for one solve.
+        limit_s: processor time for one solve [s].
     """
 
     def __init__(self, out: Path, seed: int, limit_s: float) -> None:
-        self.out, self.seed, self.limit_s, self.rows = out, seed, limit_s, dict[int, Row]()
-        self.base, self.lock, self.local = Path(tempfile.mkdtemp(prefix="cellmech-campaign-")), threading.Lock(), threading.local()
-        self.workers: list[Worker] = []
+        self.out, self.seed, self.runner, self.lock = out, seed, Runner(limit_s), threading.Lock()
+        self.rows: dict[int, Row] = {}
+        self.base = Path(tempfile.mkdtemp(prefix="cellmech-campaign-"))
         shutil.rmtree(out / "faults", ignore_errors=True)
         (out / "faults").mkdir(parents=True)
 
     def close(self) -> None:
         """End the workers and remove the folders."""
-        for worker in self.workers:
-            worker.close()
+        self.runner.close()
         shutil.rmtree(self.base, ignore_errors=True)
-
-    def _worker(self) -> Worker:
-        """This thread's, a new one now and then."""
-        done = getattr(self.local, "done", 0)
-        if done % SCENES_A_WORKER == 0:
-            if done:
-                self.local.worker.close()
-            self.local.worker = Worker()
-            with self.lock:
-                self.workers.append(self.local.worker)
-        self.local.done = done + 1
-        return self.local.worker
-
-    def solve(self, folder: Path, data: Data) -> dict[str, Any]:
-        """Solve a scene in a folder; the content of result.json, or a status that no result has, and why."""
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / "my.toml").write_bytes(dumped(data))
-        answer = self._worker().ask(folder, ["my.toml", "--out", "out", "--quiet"], self.limit_s)
-        return self._outcome(folder, answer)
-
-    def _outcome(self, folder: Path, answer: dict[str, Any]) -> dict[str, Any]:
-        if answer.get("stopped") or "no answer within" in answer["err"]:
-            return {"status": "timeout", "reason": f"no end within {self.limit_s:g} s"}
-        path = folder / "out" / "my" / "result.json"
-        if answer["status"] not in (0, 1) or not path.exists():
-            return {"status": "crash", "reason": f"status {answer['status']}: {answer['err'][-300:]}"}
-        return dict(json.loads(path.read_text(encoding="utf-8")))
 
     def one(self, number: int) -> None:
         """Draw, solve and judge a scene."""
         drawn, begun = draw(self.seed, number), time.monotonic()
         folder = self.base / f"{number:04}"
-        result = self.solve(folder / "first", drawn.data)
+        result = self.runner.solve(folder / "first", drawn.data)
         case, scene = folder / "first" / "out" / "my", drawn.scene
         faults = judge(scene, case) if result["status"] in ("solved", "failed") else []
+        if result["status"] == "timeout":
+            faults = list(history_is_balanced(scene, read_history(case / "history.csv")))
         if result["status"] == "solved" and drawn.extra and not faults:
             faults += [Fault(drawn.extra, text) for text in self.again(drawn, folder, result)]
         row = self._row(drawn, result, faults, time.monotonic() - begun)
@@ -148,12 +116,12 @@ class Campaign:
                 self.write()
         shutil.rmtree(folder, ignore_errors=True)
 
-    def _row(self, drawn: Draw, result: dict[str, Any], faults: list[Fault], seconds: float) -> Row:
+    def _row(self, drawn: Draw, result: Record, faults: list[Fault], seconds: float) -> Row:
         status, reason, scene = result["status"], result.get("reason", ""), drawn.scene
         if status == "solved":
             outcome = SILENT if faults else BALANCED
         elif status == "failed":
-            outcome = WRONG_STATE if faults else verdict(scene, reason, result["t_s"])
+            outcome = WRONG_STATE if faults else verdict(scene, reason)
         else:
             outcome = status
         moduli = [layer["young_Pa"] for layer in drawn.data["layer"].values()]
@@ -186,70 +154,32 @@ class Campaign:
             rounding=rounding(scene, scene.time.end_s),
         )
 
-    def again(self, drawn: Draw, folder: Path, result: dict[str, Any]) -> list[str]:
+    def again(self, drawn: Draw, folder: Path, result: Record) -> list[str]:
         """What differs when a scene is solved a second time in another way."""
-        if drawn.extra == "twin":
-            return [text for name, twin in twins(drawn) for text in self._twin(folder, name, twin, result)]
-        if drawn.extra == "end state":
-            return self._end_state(drawn, folder, result)
+        place, data = folder / drawn.extra.replace(" ", "-"), drawn.data
+        tolerance: float | None
+        stress = length = 1.0
         if drawn.extra == "killed":
-            return self._killed(drawn, folder, result)
-        return self._on_two_ranks(drawn, folder, result)
-
-    def _twin(self, folder: Path, name: str, twin: tuple[Data, float, float], result: dict[str, Any]) -> list[str]:
-        data, stress, length = twin
-        other = self.solve(folder / name, data)
-        if other["status"] != "solved":
-            return [f"{name}: {other['status']}: {other['reason'][:120]}"]
-        same_mesh = other["mesh_cells"] == result["mesh_cells"]
-        tolerance = TWIN if same_mesh else 0.05
-        return [f"{name}: {text}" for text in differences(result, other, tolerance, stress, length)]
-
-    def _end_state(self, drawn: Draw, folder: Path, result: dict[str, Any]) -> list[str]:
-        scene = drawn.scene
-        at_rest = scene.time.end_s - scene.ramp_end_s > AT_REST * scene.relaxation_s
-        if not scene.time.history or scene.cell.inertia or not at_rest:
-            return []
-        data = copy.deepcopy(drawn.data)
-        data["time"]["history"] = False
-        other = self.solve(folder / "end", data)
+            other, tolerance = self.runner.killed(place, data), None
+        elif drawn.extra == "ranks":
+            other, tolerance = self.runner.on_two_ranks(place, data), RANKS
+        elif drawn.extra == "end state":
+            if not comes_to_rest(drawn):
+                return []
+            without = {**data, "time": {**data["time"], "history": False}}
+            other, tolerance = self.runner.solve(place, without), END_STATE
+        else:
+            found = twin_of(drawn)
+            if found is None:
+                return []
+            data, stress, length = found
+            other = self.runner.solve(place, data)
+            tolerance = TWIN if other.get("mesh_cells") == result["mesh_cells"] else OTHER_MESH
         if other["status"] != "solved":
             return [f"{other['status']}: {other['reason'][:150]}"]
-        return list(differences(result, other, END_STATE))
-
-    def _killed(self, drawn: Draw, folder: Path, result: dict[str, Any]) -> list[str]:
-        """Killed as soon as there is a checkpoint, then gone on with: to the last digit."""
-        place = folder / "killed"
-        place.mkdir()
-        (place / "my.toml").write_bytes(dumped(drawn.data))
-        command = [*STUDY, "my.toml", "--out", "out", "--quiet"]
-        process = subprocess.Popen(command, cwd=place, env=ENVIRONMENT, stderr=subprocess.DEVNULL)
-        end = time.monotonic() + self.limit_s
-        while process.poll() is None and time.monotonic() < end:
-            if (place / "out" / "my" / "checkpoint.npz").exists():
-                break
-            time.sleep(0.01)
-        process.kill()
-        process.wait()
-        other = self.solve(place, drawn.data)
-        if other["status"] != "solved":
-            return [f"{other['status']}: {other['reason'][:150]}"]
-        return list(differences(result, other, 0.0))
-
-    def _on_two_ranks(self, drawn: Draw, folder: Path, result: dict[str, Any]) -> list[str]:
-        place = folder / "ranks"
-        place.mkdir()
-        (place / "my.toml").write_bytes(dumped(drawn.data))
-        command = ["mpirun", "-n", "2", *STUDY, "my.toml", "--out", "out", "--quiet", "--ranks-per-case", "2"]
-        try:
-            done = subprocess.run(command, cwd=place, env=ENVIRONMENT, capture_output=True, timeout=2 * self.limit_s)
-        except subprocess.TimeoutExpired:
-            return ["no end"]
-        err = done.stderr.decode(errors="replace")
-        other = self._outcome(place, {"status": done.returncode, "err": err})
-        if other["status"] != "solved":
-            return [f"{other['status']}: {other['reason'][:150]}"]
-        return list(differences(result, other, RANKS))
+        if tolerance is None:
+            return list(changed_digits(result, other))
+        return list(differences(result, other, tolerance, stress, length))
 
     def _keep(self, drawn: Draw, folder: Path, row: Row) -> None:
         """What shows a fault again."""
@@ -271,60 +201,11 @@ class Campaign:
         return text
 
 
-def twins(drawn: Draw) -> list[tuple[str, tuple[Data, float, float]]]:
-    """Scenes of equal strains: their tables, and by how much stresses and lengths are larger. Powers of two are exact."""
-    if drawn.scene.cell.inertia:
-        return []
-    power = 2.0 ** (12 if drawn.number % 2 else -12)
-    kind = ("stiffer", "larger", "slower")[drawn.number % 3]
-    scale = {"stiffer": _stiffer, "larger": _larger, "slower": _slower}[kind]
-    data = scale(copy.deepcopy(drawn.data), power if kind != "larger" else 2.0 ** (4 if power > 1 else -4))
-    try:
-        read_scene(copy.deepcopy(data), "twin")
-    except Exception:  # beyond what a scene may say
-        return []
-    stress = power if kind == "stiffer" else 1.0
-    length = 2.0 ** (4 if power > 1 else -4) if kind == "larger" else 1.0
-    return [(kind, (data, stress, length))]
-
-
-def _stiffer(data: Data, k: float) -> Data:
-    for layer in data["layer"].values():
-        layer["young_Pa"] *= k
-    data["contact"]["penalty_Pa_per_um"] *= k
-    data["load"]["factor"] *= k
-    for key, default in (("fluid_lambda_Pa_s", 1000.0), ("fluid_mu_Pa_s", 5e-3)):
-        data["cell"][key] = data["cell"].get(key, default) * k
-    return data
-
-
-def _larger(data: Data, k: float) -> Data:
-    for layer in data["layer"].values():
-        layer["outer_radius_um"] *= k
-    for pillar in data["pillar"]:
-        for key in ("x_um", "y_um", "half_width_um", "height_um"):
-            pillar[key] *= k
-    if data["flat"]:
-        data["flat"]["y_um"] *= k
-    for table, keys in {
-        "cell": ("gap_um", "centre_x_um"),
-        "contact": ("smoothing_um", "volume_width_um"),
-        "mesh": ("size_um",),
-    }.items():
-        data[table] |= {key: data[table][key] * k for key in keys if key in data[table]}
-    data["contact"]["penalty_Pa_per_um"] /= k
-    data["load"]["factor"] /= k
-    return data
-
-
-def _slower(data: Data, k: float) -> Data:
-    data["time"]["end_s"] *= k
-    data["load"]["half_ramp_s"] *= k
-    if "output" in data:
-        data["output"]["times_s"] = [t * k for t in data["output"]["times_s"]]
-    for key, default in (("fluid_lambda_Pa_s", 1000.0), ("fluid_mu_Pa_s", 5e-3)):
-        data["cell"][key] = data["cell"].get(key, default) * k
-    return data
+def comes_to_rest(drawn: Draw) -> bool:
+    """Whether a scene's history ends in the state that its load alone leads to."""
+    scene = drawn.scene
+    rest = scene.time.end_s - scene.ramp_end_s
+    return bool(scene.time.history) and not scene.cell.inertia and rest > AT_REST * scene.relaxation_s
 
 
 def report(rows: list[Row], seed: int) -> str:
@@ -357,7 +238,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1, help="of the scenes")
     parser.add_argument("--only", type=int, nargs="+", metavar="INDEX", help="these scenes only")
     parser.add_argument("--jobs", type=int, default=2, help="scenes solved at a time")
-    parser.add_argument("--limit", type=float, default=60.0, help="time for one scene [s]")
+    parser.add_argument("--limit", type=float, default=60.0, help="processor time for one solve [s]")
     parser.add_argument("--out", type=Path, default=Path("results/campaign"))
     options = parser.parse_args()
     campaign = Campaign(options.out.absolute(), options.seed, options.limit)
@@ -371,5 +252,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
     sys.exit(main())

@@ -1,7 +1,7 @@
 """Random scenes that keep every rule, over all scales: load, stiffness, length, time, nearly equal obstacles.
 
 A scene is made of its number and the campaign's seed alone. Lengths are drawn for a cell of 10 µm, Table 1's, and all
-scaled together; moduli, penalty and load are drawn apart, then the load is held, in most scenes, to what the cell bears.
+scaled together; moduli, penalty and load are drawn apart, then the load is held, mostly, to what the cell bears.
 """
 
 from __future__ import annotations

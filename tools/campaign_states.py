@@ -1,7 +1,7 @@
 """A state of the cell as its field file has it, and what acts on it: integrated anew, with NumPy alone.
 
-Positions and displacements of a field file's points define the deformed cell completely: an element's points are as many
-as its polynomials need. From them follow outline, depth, pressure and its resultants; nothing of the solver is asked.
+Positions and displacements of a field file's points define the deformed cell completely: an element has as many as its
+polynomials need. From them follow outline, depth, pressure and its resultants; nothing of the solver is asked.
 """
 
 from __future__ import annotations
