@@ -212,6 +212,9 @@ def report(rows: list[Row], seed: int) -> str:
     """Counts, verdicts by kind, and what is wrong, as Markdown."""
     lines = [f"# Campaign: {len(rows)} scenes, seed {seed}\n", "| outcome | scenes |", "|---|---|"]
     lines += [f"| {name} | {count} |" for name, count in Counter(row.outcome for row in rows).most_common()]
+    lines += ["\n| check that does not hold | scenes |", "|---|---|"]
+    checks = Counter(name for row in rows for name in {part.split(": ")[0] for part in row.faults.split("; ") if part})
+    lines += [f"| {name} | {count} |" for name, count in checks.most_common()]
     lines += ["\n| verdict | outcome | scenes |", "|---|---|---|"]
     kinds = Counter((_kind(row.reason), row.outcome) for row in rows if row.status != "solved")
     lines += [f"| {kind} | {outcome} | {count} |" for (kind, outcome), count in kinds.most_common()]

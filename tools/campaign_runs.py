@@ -100,7 +100,7 @@ class Runner:
         self._write(folder, data)
         command = [*STUDY, "my.toml", "--out", "out", "--quiet"]
         process = subprocess.Popen(command, cwd=folder, env=ENVIRONMENT, stderr=subprocess.DEVNULL)
-        end = time.monotonic() + self.limit_s
+        end = time.monotonic() + PATIENCE * self.limit_s
         while process.poll() is None and time.monotonic() < end:
             if (folder / "out" / "my" / "checkpoint.npz").exists():
                 break
@@ -113,8 +113,9 @@ class Runner:
         """As `solve`, by two ranks that share the case."""
         self._write(folder, data)
         command = ["mpirun", "-n", "2", *STUDY, "my.toml", "--out", "out", "--quiet", "--ranks-per-case", "2"]
+        limit_s = PATIENCE * self.limit_s
         try:
-            done = subprocess.run(command, cwd=folder, env=ENVIRONMENT, capture_output=True, timeout=2 * self.limit_s)
+            done = subprocess.run(command, cwd=folder, env=ENVIRONMENT, capture_output=True, timeout=limit_s)
         except subprocess.TimeoutExpired:
             return self._late()
         err = done.stderr.decode(errors="replace")
