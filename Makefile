@@ -44,7 +44,7 @@ unexport PYTHONPATH PYTHONHOME PETSC_DIR PETSC_ARCH SLEPC_DIR
 .NOTPARALLEL:
 .PHONY: help setup study test paper paper-runs taken-over figures-smoke compare report audit calibrate calibrated
 .PHONY: fig1 fig2 fig3 fig4 fig5 fig6 fig7 table1 table2 table3 table-fig2 lint check movie speed speed-error clean
-.PHONY: verify accuracy defaults second-code mutants fuzz needs locking hard-cases container-check
+.PHONY: verify accuracy defaults second-code mutants fuzz campaign needs locking hard-cases container-check
 MAKEFLAGS += --no-print-directory
 # A case that failed fails its study, and the figures that show the others and say so. So where goals follow each other
 # here, --keep-going tries them all, and then make fails.
@@ -161,6 +161,9 @@ mutants: setup ## make the program wrong on purpose, one mistake at a time: a na
 
 fuzz: setup ## 10,000 hostile files through --check, 300 odd scenes solved: counts and faults into results/fuzz
 	$(PYTHON) tools/fuzz.py --out $(RESULTS)/fuzz $(ARGS)
+
+campaign: setup ## 1,000 random scenes over all scales solved and checked against statics, into results/campaign
+	$(PYTHON) tools/campaign.py --jobs $(N) --out $(RESULTS)/campaign $(ARGS)
 
 needs: setup ## what each optional part costs and changes where it does nothing
 	$(PYTHON) benchmarks/needs.py --out $(RESULTS)/needs $(ARGS)

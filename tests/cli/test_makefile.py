@@ -15,7 +15,7 @@ TARGETS = [*(f"fig{n}" for n in range(1, 8)), *(f"table{n}" for n in range(1, 4)
 TARGETS += ["paper", "paper-runs", "figures-smoke", "compare", "report", "audit", "calibrate", "calibrated"]
 TARGETS += ["movie", "speed", "speed-error", "docs"]
 TARGETS += ["verify", "accuracy", "defaults", "second-code", "mutants", "needs", "locking", "hard-cases"]
-TARGETS += ["fuzz", "container-check"]
+TARGETS += ["fuzz", "campaign", "container-check"]
 
 
 def make(*arguments: str) -> subprocess.CompletedProcess[str]:
