@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -13,6 +13,7 @@ from cellmech.errors import InputError
 from cellmech.geo_script import GeoScript, Sector
 
 THIN = 0.2  # of the outer radius: a layer below it is thin
+LOOSE = 1.5  # size of the elements of a thin layer without structure, over its thickness
 BOTTOM, SIDE, TOP = (0.0, -1.0), (1.0, 0.0), (0.0, 1.0)
 
 Rule = tuple[str, str, object, bool]  # key, rule, value got, whether it holds
@@ -40,6 +41,7 @@ class Grading:
         inside: share of the zone's radius within which the contact edge does not lie; the size grows again there.
         core_at, core_radius: how far the core lies towards the contact, and its radius, in units of the nucleus's.
         elongation: most of a structured element across its layer; there strain is nearly linear.
+        foot, ankle: size over the distance from a footprint's edge, and its slope into the cell (`Footprint`).
     """
 
     far: float = 1.28
@@ -58,6 +60,27 @@ class Grading:
     core_at: float = 0.32
     core_radius: float = 0.4
     elongation: float = 2.6
+    foot: float = 0.2
+    ankle: float = 0.3
+
+
+@dataclass(frozen=True)
+class Footprint:
+    """A contact on a disc's outline, where the element size falls in proportion to the distance from its edge.
+
+    Args:
+        at: its middle, from the centre [µm].
+        edges: least and largest half-width [µm].
+        scale_um: over which the pressure changes at its edge; elements there are a share of it.
+        fineness: of the elements, 1 for the grading's `foot`.
+        least_um: of the elements.
+    """
+
+    at: tuple[float, float]
+    edges: tuple[float, float]
+    scale_um: float
+    fineness: float = 1.0
+    least_um: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -78,6 +101,7 @@ class DiscSpec:
         thin_layers: least number of elements across a thin layer.
         touch: points where contact begins; None for the bottom, () for no contact zone.
         contact_zone_um: how far the refined rim reaches from each of them; None for the grading's.
+        footprints: contacts too narrow for the zones; the mesh follows each at any width.
         grading: how the size varies.
 
     Raises:
@@ -100,6 +124,7 @@ class DiscSpec:
     thin_layers: int = 1
     touch: tuple[tuple[float, float], ...] | None = None
     contact_zone_um: float | None = None
+    footprints: tuple[Footprint, ...] = ()
     grading: Grading = Grading()
 
     def __post_init__(self) -> None:
@@ -149,7 +174,19 @@ def size_expressions(spec: DiscSpec) -> list[str]:
             f"{outline:.12g} + {outwards} + {grade.fade} * max(0, {away} - {reach:.12g})",
             f"{grade.core * spec.size_um:.12g} + {grade.growth} * max(0, {beyond})",
         ]
-    return sizes
+    return sizes + [_footprint_size(spec, foot) for foot in spec.footprints]
+
+
+def _footprint_size(spec: DiscSpec, foot: Footprint) -> str:
+    """Size that a footprint asks for: the same number of elements across it, however narrow it is."""
+    x0, y0 = spec.centre
+    dx, dy = foot.at
+    middle, spread = sum(foot.edges) / 2, (foot.edges[1] - foot.edges[0]) / 2
+    share = spec.grading.foot / foot.fineness
+    least = max(share * foot.scale_um, foot.least_um)
+    edge = f"abs({_distance(x0 + abs(dx), y0 + dy)} - {middle:.9g}) - {spread:.9g}"
+    into = f"max(0, {spec.interfaces[-1][1]:.12g} - {_distance(x0, y0)})"
+    return f"max({least:.9g}, {share:.9g} * ({edge})) + {spec.grading.ankle} * {into}"
 
 
 def disc_script(spec: DiscSpec) -> str:
@@ -176,23 +213,59 @@ def disc_sectors(spec: DiscSpec) -> tuple[GeoScript, list[Sector]]:
         script.group(1, name, [arc for sector in sectors for arc in sector.arcs[k]])
     if spec.shape == "half":
         script.group(1, "axis", [*sectors[0].start, *sectors[0].end])
-    script.sizes(size_expressions(spec), spec.order)
+    loose = [pair for pair, n in zip(pairwise(radii), across[1:], strict=True) if not n]
+    script.sizes(
+        size_expressions(spec) + [_loose_size(spec, *pair) for pair in loose if _is_thin(spec, *pair)], spec.order
+    )
     return script, sectors
 
 
+def _is_thin(spec: DiscSpec, inner: float, outer: float) -> bool:
+    """Whether a layer would have a structure but for the footprints."""
+    return bool(spec.footprints) and _elements_across(replace(spec, footprints=()), inner, outer) > 0
+
+
+def _loose_size(spec: DiscSpec, inner: float, outer: float) -> str:
+    """Size that an unstructured thin layer asks for, so that its triangles are not flat."""
+    away = f"max(0, abs({_distance(*spec.centre)} - {(inner + outer) / 2:.12g}) - {(outer - inner) / 2:.12g})"
+    return f"{LOOSE * (outer - inner):.12g} + {spec.grading.growth} * {away}"
+
+
 def _elements_across(spec: DiscSpec, inner: float, outer: float) -> int:
-    """Elements across a structured annulus, 0 for one whose elements are small enough to need no structure."""
+    """Elements across a structured annulus, 0 for one whose elements are small enough to need no structure.
+
+    Nor has one structure in which a footprint asks for more elements, all around, than triangles as large as the layer
+    is thick would be.
+    """
     angle = np.linspace(-np.pi / 2, np.pi / 2, 361)
     middle = (inner + outer) / 2
-    names = {"min": np.minimum, "max": np.maximum, "abs": np.abs, "sqrt": np.sqrt}
-    names |= {"x": spec.centre[0] + middle * np.cos(angle), "y": spec.centre[1] + middle * np.sin(angle)}
-    # The very text that Gmsh gets, so that the two cannot disagree.
-    texts = (text.replace("^", "**") for text in size_expressions(spec))
-    size = np.min([eval(text, {"__builtins__": {}}, names) * np.ones_like(angle) for text in texts], axis=0)
+    size = _sizes_at(spec, middle * np.cos(angle), middle * np.sin(angle))
     least = spec.thin_layers if outer - inner < THIN * spec.interfaces[-1][1] else 1
     if size.max() * least <= outer - inner:
         return 0
-    return max(least, math.ceil((outer - inner) / (spec.grading.elongation * size.min())))
+    across = max(least, math.ceil((outer - inner) / (spec.grading.elongation * size.min())))
+    along = np.pi * outer / (LOOSE * (outer - inner))
+    return (
+        0 if spec.footprints and across > least and across * np.sum(np.pi / 360 * middle / size) > 2 * along else across
+    )
+
+
+def _sizes_at(spec: DiscSpec, dx: np.ndarray, dy: np.ndarray) -> np.ndarray:
+    """Element sizes [µm] at points that lie dx, dy from the centre, in the right half."""
+    names = {"min": np.minimum, "max": np.maximum, "abs": np.abs, "sqrt": np.sqrt}
+    names |= {"x": spec.centre[0] + dx, "y": spec.centre[1] + dy}
+    # The very text that Gmsh gets, so that the two cannot disagree.
+    texts = (text.replace("^", "**") for text in size_expressions(spec))
+    sizes: np.ndarray = np.min([eval(text, {"__builtins__": {}}, names) * np.ones_like(dx) for text in texts], axis=0)
+    return sizes
+
+
+def resolves(spec: DiscSpec, foot: Footprint) -> bool:
+    """Whether the elements are small enough for a footprint wherever its edges may lie."""
+    rim, start = spec.interfaces[-1][1], math.atan2(foot.at[1], abs(foot.at[0]))
+    angle = start + np.array([side * edge / rim for edge in foot.edges for side in (-1.0, 1.0)])
+    size = _sizes_at(spec, np.abs(rim * np.cos(angle)), rim * np.sin(angle))
+    return bool(np.all(size <= spec.grading.foot / foot.fineness * foot.scale_um))
 
 
 def _distance(x: float, y: float) -> str:
