@@ -140,6 +140,10 @@ class DiscSpec:
         rule = "must lie between 0 and the outer radius [µm]"
         check("DiscSpec", ("nucleus_radius_um", rule, self.nucleus_radius_um, inside))
 
+    def least_size_um(self, foot: Footprint) -> float:
+        """Size of the elements at a footprint's edge [µm]."""
+        return max(self.grading.foot / foot.fineness * foot.scale_um, foot.least_um)
+
 
 def size_expressions(spec: DiscSpec) -> list[str]:
     """Gmsh MathEval expressions in x and y whose least is the element size [µm] in the right half of a disc.
@@ -182,8 +186,7 @@ def _footprint_size(spec: DiscSpec, foot: Footprint) -> str:
     x0, y0 = spec.centre
     dx, dy = foot.at
     middle, spread = sum(foot.edges) / 2, (foot.edges[1] - foot.edges[0]) / 2
-    share = spec.grading.foot / foot.fineness
-    least = max(share * foot.scale_um, foot.least_um)
+    share, least = spec.grading.foot / foot.fineness, spec.least_size_um(foot)
     edge = f"abs({_distance(x0 + abs(dx), y0 + dy)} - {middle:.9g}) - {spread:.9g}"
     into = f"max(0, {spec.interfaces[-1][1]:.12g} - {_distance(x0, y0)})"
     return f"max({least:.9g}, {share:.9g} * ({edge})) + {spec.grading.ankle} * {into}"
