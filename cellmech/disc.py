@@ -48,8 +48,8 @@ class Grading:
     rim: float = 0.2
     back: float = 0.35
     contact: float = 0.056
-    outline: float = 0.128
-    core: float = 0.376
+    outline: float = 0.11
+    core: float = 0.32
     growth: float = 0.55
     fade: float = 0.2
     deeper: float = 0.5
