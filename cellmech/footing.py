@@ -11,16 +11,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
+from cellmech.disc import DiscSpec, Footprint
+from cellmech.disc_script import resolves
 from cellmech.placement import Arch, standing, touch_of
 from cellmech.scene import Scene
+from cellmech.scene_rules import FINEST_CONTACT
 
 LEAST, BISECTIONS, POINTS = 1e-7, 15, 24  # of the radius; of the half-width's logarithm; of the integrals over it
 BEARS = (0.5, 1.2)  # of the share of the load that an obstacle is expected to bear
 BEARS_LATER = 0.1  # the least of it where obstacles are touched one after the other, or several bear
 BEND = 1e-3  # of the half-width: over which the growth of the gap's slope is measured
+SIZE_OVER_RADIUS = {1: 0.06, 2: 0.06, 3: 0.24}  # mesh.size_um that accuracy was measured at, over the radius
+FOOT_OF_ORDER = {1: 2.0, 2: 2.0, 3: 1.0}  # how much smaller the elements of an order are at a footprint
+FINENESS = (0.5, 10.0)  # least and most of a footprint
 
 
 class Profile(NamedTuple):
@@ -66,6 +72,25 @@ class Foot:
     at: tuple[float, float]
     edges: tuple[float, float]
     scale_um: float
+
+
+def follow(spec: DiscSpec, scene: Scene, load: float, pressure: Callable[[float], float]) -> DiscSpec:
+    """A disc whose mesh also follows the contacts that are narrower than its zones take for granted.
+
+    Elements there are as much smaller than the grading's as the scene's are beside the size it was chosen at.
+
+    Args:
+        spec: the disc.
+        scene: what it is to be.
+        load: the whole weight [Pa µm].
+        pressure: of the contact, as a function of the depth [Pa].
+    """
+    order, radius = scene.mesh.order, scene.radius_um
+    fineness = min(max(SIZE_OVER_RADIUS[order] * radius / scene.mesh.size_um, FINENESS[0]), FINENESS[1])
+    fineness *= FOOT_OF_ORDER[order]
+    expected = feet(scene, load, pressure)
+    found = (Footprint(f.at, f.edges, f.scale_um, fineness, FINEST_CONTACT * radius) for f in expected)
+    return replace(spec, footprints=tuple(foot for foot in found if not resolves(spec, foot)))
 
 
 def modulus_of(scene: Scene) -> float:

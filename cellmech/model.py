@@ -7,9 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from cellmech.ellipticity import yeoh_bounds
+from cellmech.footing import SIZE_OVER_RADIUS
 from cellmech.run import Run
 from cellmech.scene import AT_REST, LAYER_NAMES, MIXED_ABOVE, Mesh, Scene
-from cellmech.setup import M_S2, SIZE_OVER_RADIUS, Setup, material, mixed_layers
+from cellmech.setup import M_S2, Setup, material, mixed_layers
 
 COARSE = 1.5  # mesh.size_um over the usual one from which a mesh is called coarse
 NO_INERTIA = 1e-9  # of the weight: rho a below it is below the Newton tolerance

@@ -15,11 +15,11 @@ from petsc4py import PETSc
 
 from cellmech.additions import Additions
 from cellmech.contact import Contact, Flat, Obstacle, Pillar, smooth_step
-from cellmech.disc import DiscSpec, Footprint, resolves
+from cellmech.disc import DiscSpec
 from cellmech.domain import Domain, build_domain, whole
 from cellmech.energies import LAWS
 from cellmech.errors import InputError, SolveError
-from cellmech.footing import feet, modulus_of
+from cellmech.footing import follow, modulus_of
 from cellmech.forms import displacement_space, pressure_space
 from cellmech.layering import INSIDE_OUT, MERGED, MeshPlan
 from cellmech.materials import Material, mixtures
@@ -31,7 +31,6 @@ from cellmech.placement import Placement, placement, standing
 from cellmech.residual import Body
 from cellmech.run import Run
 from cellmech.scene import LAYER_NAMES, LayerName, Scene
-from cellmech.scene_rules import FINEST_CONTACT
 from cellmech.schedule import LOAD_STEPS, Schedule
 
 # Units inside: µm, s, Pa.
@@ -39,8 +38,6 @@ KG_M3 = 1e-12  # kg/m^3 in Pa s^2/µm^2
 M_S2 = 1e6  # m/s^2 in µm/s^2
 
 ZONE_OVER_HERTZ = 1.32  # on Table 1 the contact edge lies at 0.9 of Hertz's half-width, the membrane's peaks beyond it
-SIZE_OVER_RADIUS = {1: 0.06, 2: 0.06, 3: 0.24}  # mesh.size_um that accuracy was measured at, over the radius
-FOOT_OF_ORDER = {1: 2.0, 2: 2.0, 3: 1.0}  # how much smaller the elements of an order are at a footprint
 NEAR = 5e-4  # of the radius: an obstacle that near is modelled from the start
 SMALL = 0.15  # of the load over the softest stiffness: below such a displacement errors are not relative to it
 SMALL_FALL_UM = 1e-3  # the same for a cell that falls
@@ -154,7 +151,7 @@ class Setup:
             contact_zone_um=self._contact_zone_um(),
             grading=plan.grading,
         )
-        self.spec = dataclasses.replace(standard, footprints=self._footprints(standard))
+        self.spec = follow(standard, scene, self.weight, self.contact.pressure_at)
         self.domain = _domain(self.spec, comm)
         self.obstacles = additions.beside(obstacles_of(scene), scene.radius_um if self.half else None)
         self.body, self.out_of_reach = self._body()
@@ -170,19 +167,6 @@ class Setup:
         settings = self.scene.contact
         width = settings.smoothing_um if settings.form == "surface" else settings.volume_width_um
         return Contact(settings.form, settings.penalty_Pa_per_um, width)
-
-    def _footprints(self, spec: DiscSpec) -> tuple[Footprint, ...]:
-        """The contacts that are narrower than the mesh would take for granted.
-
-        Elements there are as much smaller than the grading's as the scene's are beside the size it was chosen at.
-        """
-        scene = self.scene
-        fineness = min(max(SIZE_OVER_RADIUS[scene.mesh.order] * scene.radius_um / scene.mesh.size_um, 0.5), 10.0)
-        fineness *= FOOT_OF_ORDER[scene.mesh.order]
-        least = FINEST_CONTACT * scene.radius_um
-        expected = feet(scene, self.weight, self.contact.pressure_at)
-        found = (Footprint(foot.at, foot.edges, foot.scale_um, fineness, least) for foot in expected)
-        return tuple(foot for foot in found if not resolves(spec, foot))
 
     @property
     def number_of_cells(self) -> int:

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from cellmech.disc import DiscSpec, disc_script
+from cellmech.disc import DiscSpec
+from cellmech.disc_script import disc_script
 from cellmech.domain import jacobian_coefficients
 from cellmech.errors import InputError, MeshError
 from cellmech.geometry import build_disc, build_ring, write_reference_geometries
