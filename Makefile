@@ -145,8 +145,9 @@ speed-error: setup ## speed against error, beside a plain FEniCSx script: table 
 speed: setup ## whether the package has become slower: its cost over the plain script's, beside the stored ratios
 	$(PYTHON) benchmarks/ratios.py $(ARGS)
 
-accuracy: setup ## the error of every number of the four laws and of S1-S3, from refined runs
-	$(STUDY) studies/fig2.toml studies/fig7.toml --out $(RESULTS) --accuracy $(WITH)
+accuracy: setup ## the error of every number of the paper's 57 runs, from refined runs, and one table of it
+	$(STUDY) $(RUNS:%=studies/%.toml) --out $(RESULTS) --accuracy $(WITH)
+	$(PYTHON) benchmarks/accuracy_table.py --results $(RESULTS) --out $(RESULTS)/accuracy
 
 defaults: setup ## error against cost of other meshes, smoothings and quadratures than the default
 	$(PYTHON) benchmarks/accuracy.py --out $(RESULTS)/defaults $(ARGS)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import platform
 import resource
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any
@@ -23,6 +23,7 @@ from cellmech.layering import MeshPlan, mesh_plan
 from cellmech.model import describe_model
 from cellmech.observables import Observer
 from cellmech.records import CaseFolder, flatten
+from cellmech.resolution import doubts
 from cellmech.run import Run
 from cellmech.scene_file import scene_to_toml
 from cellmech.schedule import Memory, Step
@@ -149,10 +150,14 @@ def _solve(
         if str(stability) not in reason:  # else it is what stopped the case
             reason += _last_good_state(run, scalars, stability)
         folder.log(f"failed: {reason}")
+    in_doubt: dict[str, str] = {}
     if scalars and run is not None:
         write_fields(folder, observer, run.t, series)
+        in_doubt = doubts(run, setup.centre[0] if setup.half else None)
+        for key, text in in_doubt.items():
+            folder.log(f"warning: {key}: {text}")
     folder.agree()
-    result = _provenance(case, setup, run, comm)
+    result = _provenance(case, setup, run, comm, in_doubt)
     result |= {
         "status": status,
         "reason": reason,
@@ -199,8 +204,8 @@ def _refuse_sliding(contact: dict[str, Any]) -> None:
         )
 
 
-def _provenance(case: Case, setup: Setup, run: Run | None, comm: MPI.Comm) -> dict[str, Any]:
-    """Where a result comes from and what it took."""
+def _provenance(case: Case, setup: Setup, run: Run | None, comm: MPI.Comm, found: Mapping[str, str]) -> dict[str, Any]:
+    """Where a result comes from and what it took; `found`: warnings of its last state."""
     quality, totals = setup.domain.quality, run.totals if run is not None else None
     return {
         "schema": 1,
@@ -217,7 +222,7 @@ def _provenance(case: Case, setup: Setup, run: Run | None, comm: MPI.Comm) -> di
         "dofs": setup.dofs,
         "memory_MB": comm.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024, op=MPI.MAX),
         "versions": versions(),
-        "model": describe_model(setup, run).as_dict(),
+        "model": describe_model(setup, run, found).as_dict(),
     }
 
 

@@ -1,4 +1,4 @@
-"""What a disc is and how finely it is meshed: layers, sizes, and the Gmsh script that follows from them."""
+"""What a disc is and how finely it is meshed: layers, sizes, contacts, and their rules."""
 
 from __future__ import annotations
 
@@ -7,13 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-import numpy as np
-
 from cellmech.errors import InputError
-from cellmech.geo_script import GeoScript, Sector
-
-THIN = 0.2  # of the outer radius: a layer below it is thin
-BOTTOM, SIDE, TOP = (0.0, -1.0), (1.0, 0.0), (0.0, 1.0)
 
 Rule = tuple[str, str, object, bool]  # key, rule, value got, whether it holds
 
@@ -40,14 +34,15 @@ class Grading:
         inside: share of the zone's radius within which the contact edge does not lie; the size grows again there.
         core_at, core_radius: how far the core lies towards the contact, and its radius, in units of the nucleus's.
         elongation: most of a structured element across its layer; there strain is nearly linear.
+        foot, ankle: size over the distance from a footprint's edge, and its slope into the cell (`Footprint`).
     """
 
     far: float = 1.28
     rim: float = 0.2
     back: float = 0.35
     contact: float = 0.056
-    outline: float = 0.128
-    core: float = 0.376
+    outline: float = 0.11
+    core: float = 0.32
     growth: float = 0.55
     fade: float = 0.2
     deeper: float = 0.5
@@ -58,6 +53,27 @@ class Grading:
     core_at: float = 0.32
     core_radius: float = 0.4
     elongation: float = 2.6
+    foot: float = 0.2
+    ankle: float = 0.3
+
+
+@dataclass(frozen=True)
+class Footprint:
+    """A contact on a disc's outline, where the element size falls in proportion to the distance from its edge.
+
+    Args:
+        at: its middle, from the centre [µm].
+        edges: least and largest half-width [µm].
+        scale_um: over which the pressure changes at its edge; elements there are a share of it.
+        fineness: of the elements, 1 for the grading's `foot`.
+        least_um: of the elements.
+    """
+
+    at: tuple[float, float]
+    edges: tuple[float, float]
+    scale_um: float
+    fineness: float = 1.0
+    least_um: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -78,6 +94,7 @@ class DiscSpec:
         thin_layers: least number of elements across a thin layer.
         touch: points where contact begins; None for the bottom, () for no contact zone.
         contact_zone_um: how far the refined rim reaches from each of them; None for the grading's.
+        footprints: contacts too narrow for the zones; the mesh follows each at any width.
         grading: how the size varies.
 
     Raises:
@@ -100,6 +117,7 @@ class DiscSpec:
     thin_layers: int = 1
     touch: tuple[tuple[float, float], ...] | None = None
     contact_zone_um: float | None = None
+    footprints: tuple[Footprint, ...] = ()
     grading: Grading = Grading()
 
     def __post_init__(self) -> None:
@@ -115,88 +133,9 @@ class DiscSpec:
         rule = "must lie between 0 and the outer radius [µm]"
         check("DiscSpec", ("nucleus_radius_um", rule, self.nucleus_radius_um, inside))
 
-
-def size_expressions(spec: DiscSpec) -> list[str]:
-    """Gmsh MathEval expressions in x and y whose least is the element size [µm] in the right half of a disc.
-
-    Several short ones, because Gmsh reads no long ones.
-    """
-    grade = spec.grading
-    x0, y0 = spec.centre
-    rim = spec.interfaces[-1][1]
-    far = grade.far * spec.size_um
-    contact = spec.contact_size_um or grade.contact * spec.size_um
-    outline = spec.outline_size_um or grade.outline * spec.size_um
-    zone = spec.contact_zone_um or grade.zone * rim
-    touch = ((x0, y0 - rim),) if spec.touch is None else spec.touch
-    centre, nucleus = _distance(x0, y0), spec.nucleus_radius_um
-    outwards = f"{grade.growth} * abs({centre} - {nucleus:.12g})"
-    inwards = f"max(0, {(1 - grade.skin) * rim:.12g} - {centre})"
-    back = grade.back * spec.size_um if touch else outline
-    sizes = [
-        f"{far:.12g}",
-        f"{grade.rim * spec.size_um:.12g} + {grade.growth} * {inwards}",
-        f"{back:.12g} + {outwards}",
-    ]
-    for x, y in touch:
-        dx, dy = abs(x - x0), y - y0  # the left half is the mirror image of the right one
-        away, reach = _distance(x0 + dx, y), math.hypot(dx, dy)
-        edge = f"max(0, max({away} - {zone:.12g}, {grade.inside * zone:.12g} - {away}))"
-        towards = grade.core_at * nucleus / reach
-        beyond = f"{_distance(x0 + towards * dx, y0 + towards * dy)} - {grade.core_radius * nucleus:.12g}"
-        sizes += [
-            f"{contact:.12g} + {grade.along} * {edge} + {grade.deeper} * {inwards}",
-            f"{outline:.12g} + {outwards} + {grade.fade} * max(0, {away} - {reach:.12g})",
-            f"{grade.core * spec.size_um:.12g} + {grade.growth} * max(0, {beyond})",
-        ]
-    return sizes
-
-
-def disc_script(spec: DiscSpec) -> str:
-    """Gmsh script of a disc; groups are its layers, "outer", "nucleus_outline" and, for the half, "axis"."""
-    return disc_sectors(spec)[0].text()
-
-
-def disc_sectors(spec: DiscSpec) -> tuple[GeoScript, list[Sector]]:
-    """Script of a disc and its right sector, then, in a full disc, the left one."""
-    script = GeoScript(spec.centre)
-    radii = sorted({radius for _, radius in spec.interfaces} | {spec.nucleus_radius_um})
-    across = [0, *(_elements_across(spec, *pair) for pair in pairwise(radii))]
-    sectors = [script.sector(radii, (BOTTOM, SIDE, TOP), across, solid=True)]
-    if spec.shape == "full":
-        sectors.append(script.sector(radii, (BOTTOM, (-1.0, 0.0), TOP), across, solid=True))
-        script.mirror(*sectors)
-    layers: dict[str, list[int]] = {}
-    for k, radius in enumerate(radii):
-        name = next(name for name, outer in spec.interfaces if radius <= outer)
-        layers.setdefault(name, []).extend(number for sector in sectors for number in sector.annuli[k].surfaces)
-    for name, numbers in layers.items():
-        script.group(2, name, numbers)
-    for name, k in (("outer", -1), ("nucleus_outline", radii.index(spec.nucleus_radius_um))):
-        script.group(1, name, [arc for sector in sectors for arc in sector.arcs[k]])
-    if spec.shape == "half":
-        script.group(1, "axis", [*sectors[0].start, *sectors[0].end])
-    script.sizes(size_expressions(spec), spec.order)
-    return script, sectors
-
-
-def _elements_across(spec: DiscSpec, inner: float, outer: float) -> int:
-    """Elements across a structured annulus, 0 for one whose elements are small enough to need no structure."""
-    angle = np.linspace(-np.pi / 2, np.pi / 2, 361)
-    middle = (inner + outer) / 2
-    names = {"min": np.minimum, "max": np.maximum, "abs": np.abs, "sqrt": np.sqrt}
-    names |= {"x": spec.centre[0] + middle * np.cos(angle), "y": spec.centre[1] + middle * np.sin(angle)}
-    # The very text that Gmsh gets, so that the two cannot disagree.
-    texts = (text.replace("^", "**") for text in size_expressions(spec))
-    size = np.min([eval(text, {"__builtins__": {}}, names) * np.ones_like(angle) for text in texts], axis=0)
-    least = spec.thin_layers if outer - inner < THIN * spec.interfaces[-1][1] else 1
-    if size.max() * least <= outer - inner:
-        return 0
-    return max(least, math.ceil((outer - inner) / (spec.grading.elongation * size.min())))
-
-
-def _distance(x: float, y: float) -> str:
-    return f"sqrt((x - ({x:.12g}))^2 + (y - ({y:.12g}))^2)"
+    def least_size_um(self, foot: Footprint) -> float:
+        """Size of the elements at a footprint's edge [µm]."""
+        return max(self.grading.foot / foot.fineness * foot.scale_um, foot.least_um)
 
 
 def layer_rules(inner: float, interfaces: Sequence[tuple[str, float]]) -> list[Rule]:

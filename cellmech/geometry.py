@@ -17,7 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from cellmech.disc import SIDE, TOP, DiscSpec, check, disc_script, disc_sectors, layer_rules, mesh_rules
+from cellmech.disc import DiscSpec, check, layer_rules, mesh_rules
+from cellmech.disc_script import SIDE, TOP, disc_script, disc_sectors
 from cellmech.errors import MeshError
 from cellmech.geo_script import GeoScript, Sector
 

@@ -7,10 +7,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from cellmech.ellipticity import yeoh_bounds
+from cellmech.footing import SIZE_OVER_RADIUS
 from cellmech.run import Run
 from cellmech.scene import AT_REST, LAYER_NAMES, MIXED_ABOVE, Mesh, Scene
 from cellmech.setup import M_S2, Setup, material, mixed_layers
 
+COARSE = 1.5  # mesh.size_um over the usual one from which a mesh is called coarse
 NO_INERTIA = 1e-9  # of the weight: rho a below it is below the Newton tolerance
 
 
@@ -37,8 +39,14 @@ class Model:
         return {name: dict(part) for name, part in parts.items()}
 
 
-def describe_model(setup: Setup, run: Run | None = None) -> Model:
-    """Say what a case models and what it leaves out, as of now (obstacles may come into reach during a run)."""
+def describe_model(setup: Setup, run: Run | None = None, found: Mapping[str, str] | None = None) -> Model:
+    """Say what a case models and what it leaves out, as of now (obstacles may come into reach during a run).
+
+    Args:
+        setup: the case.
+        run: its run, once there is one.
+        found: warnings that its states have led to.
+    """
     scene, cell = setup.scene, setup.scene.cell
     modelled: dict[str, str] = {"kinematics": "plane strain, finite strain"}
     left: dict[str, str] = {}
@@ -78,7 +86,7 @@ def describe_model(setup: Setup, run: Run | None = None) -> Model:
     else:
         left["inertia"] = "not asked for; rho a is about 1e-16 of the elastic forces at these rates"
     _describe_rest(setup, modelled, left)
-    return Model(modelled, left, _warnings(scene), _hints(setup))
+    return Model(modelled, left, {**_warnings(scene), **_mesh_warnings(setup), **(found or {})}, _hints(setup))
 
 
 def _warnings(scene: Scene) -> dict[str, str]:
@@ -96,6 +104,24 @@ def _yeoh_warning(scene: Scene) -> dict[str, str]:
     if below is not None:
         text += f", and in compression of any kind below J1 = {below:.4g}"
     return {"yeoh": f"{text}; how near this state comes is computed (stability)"}
+
+
+def _mesh_warnings(setup: Setup) -> dict[str, str]:
+    """A mesh coarser than its order needs for 1 %, and contacts too narrow for any mesh that would be made."""
+    scene, found = setup.scene, {}
+    usual = SIZE_OVER_RADIUS[scene.mesh.order] * scene.radius_um
+    if scene.mesh.size_um > COARSE * usual:
+        found["mesh"] = (
+            f"mesh.size_um = {scene.mesh.size_um:g} um is {scene.mesh.size_um / usual:.3g} times the {usual:.3g} um at "
+            f"which numbers of a cell of radius {scene.radius_um:g} um are within 1 %"
+        )
+    if any(setup.spec.least_size_um(foot) <= foot.least_um for foot in setup.spec.footprints):
+        narrow = min(foot.edges[0] for foot in setup.spec.footprints)
+        found["contact mesh"] = (
+            f"a contact {narrow:.2g} um in half-width is expected, and elements are not made smaller than "
+            f"{setup.spec.footprints[0].least_um:.2g} um: depth and strain beside it may be off by more than 1 %"
+        )
+    return found
 
 
 def _locking_warning(scene: Scene) -> dict[str, str]:

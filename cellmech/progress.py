@@ -18,6 +18,7 @@ if TYPE_CHECKING:  # brings DOLFINx along
     from cellmech.case import Progress
 
 LINE_EVERY_S = 10.0
+DOUBTS = ("mesh", "contact mesh", "penalty")  # warnings of a model that concern the numbers of the table
 COLUMNS = {  # head of a column of the table -> key of result.json, format
     "sigma_mises_Pa": ("nucleus.sigma_mises_max_Pa", ".5g"),
     "J1": ("nucleus.J1_max", ".6g"),
@@ -215,7 +216,17 @@ def results_table(names: Sequence[str], results: Sequence[Mapping[str, Any]]) ->
         for pairs in (list(zip(row, widths, strict=True)) for row in rows)
     ]
     failed = [(name, result) for name, result in zip(names, results, strict=True) if result["status"] != "solved"]
-    return "\n".join([*lines, *(f"{name} failed: {result['reason']}" for name, result in failed)])
+    lines += [f"{name} failed: {result['reason']}" for name, result in failed]
+    return "\n".join(lines + doubtful(names, results))
+
+
+def doubtful(names: Sequence[str], results: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Lines on cases whose numbers the mesh or the penalty puts in doubt."""
+    lines = []
+    for name, result in zip(names, results, strict=True):
+        warnings = (result.get("model") or {}).get("warnings") or {}
+        lines += [f"{name} in doubt: {key}: {text}" for key, text in warnings.items() if key in DOUBTS]
+    return lines
 
 
 def _brief(value: float | None, form: str) -> str:

@@ -202,7 +202,7 @@ class Mesh(Table):
     size_um: Length = 2.4
     """Size of the elements away from interfaces and contact; 0.6 for second and first order."""
     contact_size_um: Length | None = None
-    """Size at the contact; chosen by the program if left out."""
+    """Size at the contact; if left out, chosen by the program, which follows narrow contacts."""
     thin_layers: Annotated[int, Whole(1, MOST_ACROSS)] = 1
     """Elements across membrane and lamina; 2 for second and first order."""
     order: Annotated[int, Whole(1, 3)] = 3

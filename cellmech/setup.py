@@ -15,11 +15,12 @@ from petsc4py import PETSc
 
 from cellmech.additions import Additions
 from cellmech.contact import Contact, Flat, Obstacle, Pillar, smooth_step
+from cellmech.disc import DiscSpec
 from cellmech.domain import Domain, build_domain, whole
 from cellmech.energies import LAWS
 from cellmech.errors import InputError, SolveError
+from cellmech.footing import follow, modulus_of
 from cellmech.forms import displacement_space, pressure_space
-from cellmech.geometry import DiscSpec
 from cellmech.layering import INSIDE_OUT, MERGED, MeshPlan
 from cellmech.materials import Material, mixtures
 from cellmech.modes import rigid_modes
@@ -135,7 +136,8 @@ class Setup:
         density = scene.cell.density_kg_m3 - scene.cell.medium_density_kg_m3
         self.force_density = density * KG_M3 * scene.load.gravity_m_s2 * M_S2 * scene.load.factor
         self.weight = self.force_density * math.pi * scene.radius_um**2
-        self.spec = DiscSpec(
+        self.contact = self._contact()
+        standard = DiscSpec(
             shape=scene.cell.shape,
             centre=self.centre,
             interfaces=self.interfaces,
@@ -148,17 +150,22 @@ class Setup:
             contact_zone_um=self._contact_zone_um(),
             grading=plan.grading,
         )
+        self.spec = follow(standard, scene, self.weight, self.contact.pressure_at)
         self.domain = _domain(self.spec, comm)
         self.obstacles = additions.beside(obstacles_of(scene), scene.radius_um if self.half else None)
         self.body, self.out_of_reach = self._body()
 
     def _contact_zone_um(self) -> float:
         """Radius of the finely meshed zone [µm]: somewhat more than Hertz's half-width on the cytosol's solid."""
-        cytosol, radius = self.scene.layer.cytosol, self.scene.radius_um
-        solid = max(1.0 - cytosol.fluid_fraction, 1e-3) * cytosol.young_Pa
-        modulus = solid / (1.0 - self.scene.layer_poisson("cytosol") ** 2)
+        radius, modulus = self.scene.radius_um, modulus_of(self.scene)
         half_width = 2.0 * math.sqrt(abs(self.weight) * radius / (math.pi * modulus))
         return radius * min(max(ZONE_OVER_HERTZ * half_width / radius, 0.1), 1.0)
+
+    def _contact(self) -> Contact:
+        """How obstacles push, whether there are any or not."""
+        settings = self.scene.contact
+        width = settings.smoothing_um if settings.form == "surface" else settings.volume_width_um
+        return Contact(settings.form, settings.penalty_Pa_per_um, width)
 
     @property
     def number_of_cells(self) -> int:
@@ -185,9 +192,7 @@ class Setup:
         first: dict[str, str] = {merged: pair[0] for pair, merged in MERGED.items()}
         groups = {name: layers[first.get(name, name)] for name, _ in self.interfaces if not smeared}
         blend = smeared_weights(scene, domain, self.centre) if smeared else None
-        form = scene.contact.form
-        width = scene.contact.smoothing_um if form == "surface" else scene.contact.volume_width_um
-        contact = Contact(form, scene.contact.penalty_Pa_per_um, width) if self.obstacles else None
+        contact = self.contact if self.obstacles else None
         body = Body(
             domain=domain,
             mixtures=mixtures(domain, layers if smeared else groups, blend),
@@ -202,7 +207,7 @@ class Setup:
             pressure_space=pressure_space(domain.mesh) if mixed else None,
         )
         outline, rest = Outline(domain, space, "outer"), fem.Function(space)
-        gap = -max(width, NEAR * scene.radius_um)
+        gap = -max(self.contact.width, NEAR * scene.radius_um)
         depths = {label: outline.max_depth(rest, [o]) for label, o in self.obstacles.items()}
         for label in self.additions.obstacles:
             if depths[label] > OVERLAP * scene.radius_um:
