@@ -136,7 +136,8 @@ def placement(scene: Scene) -> Placement:
     slide = _slide(scene, FARTHEST_SLIDE * radius) or 0.0
     if slide:
         first = _first(scene, x + slide)
-    return Placement(x + slide, first[0][0] + gap, tuple(touch for _, touch in first), slide)
+    level = max(level for level, _ in first)
+    return Placement(x + slide, level + gap, tuple(touch for _, touch in first), slide)
 
 
 def rest_beside(scene: Scene) -> float | None:

@@ -97,15 +97,23 @@ class Displacement:
         self.whole.x.array[:] = self._joined()
 
     def split(self, free: np.ndarray) -> None:
-        """Make the mean of the whole, as far as it is free to move, the offset; unless the two agree. Collective."""
-        space, u = self.whole.function_space, self.whole.x.array
-        index_map, comm = space.dofmap.index_map, space.mesh.comm
-        if comm.allreduce(bool(np.array_equal(u, self._joined())), op=MPI.LAND):
-            return
-        nodes = u.reshape(-1, 2)
-        total = comm.allreduce(nodes[: index_map.size_local].sum(axis=0))
-        self.offset.value = np.where(free, total / index_map.size_global, 0.0)
-        self.part.x.array[:] = (nodes - self.offset.value).ravel()
+        """Bring part and offset to the whole's present value, unless they agree with it. Collective.
+
+        Args:
+            free: whether nothing holds the x and the y component anywhere, shape (2,).
+        """
+        u, comm = self.whole.x.array, self.whole.function_space.mesh.comm
+        if not comm.allreduce(bool(np.array_equal(u, self._joined())), op=MPI.LAND):
+            self.part.x.array[:], self.offset.value = u, 0.0
+            self.recentre(free)
+
+    def recentre(self, free: np.ndarray) -> None:
+        """Move the mean of the part, as far as it is free to move, into the offset. Collective."""
+        index_map, nodes = self.part.function_space.dofmap.index_map, self.part.x.array.reshape(-1, 2)
+        total = self.part.function_space.mesh.comm.allreduce(nodes[: index_map.size_local].sum(axis=0))
+        mean = np.where(free, total / index_map.size_global, 0.0)
+        self.offset.value = self.offset.value + mean
+        self.part.x.array[:] = (nodes - mean).ravel()
         self.join()
 
     def _joined(self) -> np.ndarray:
@@ -156,6 +164,10 @@ class State:
     def split(self) -> None:
         """Bring part and offset to the displacement's present value. Collective."""
         self.now.split(self.free)
+
+    def recentre(self) -> None:
+        """Take the translation that has got into the part out of it. Collective."""
+        self.now.recentre(self.free)
 
     def update(self) -> None:
         """Bring what follows from the displacement to its present value: its part, the pressure of mixed materials."""

@@ -101,7 +101,7 @@ def doubts(run: Run, axis: float | None) -> dict[str, str]:
         )
     soft = [one for one in bearing if one.depth_um > SOFT * one.half_width_um]
     if soft:
-        worst = max(soft, key=lambda one: one.depth_um / one.half_width_um)
+        worst = max(soft, key=lambda one: one.depth_um - SOFT * one.half_width_um)
         found["penalty"] = (
             f"the cell sinks {worst.depth_um:.3g} um into an obstacle on a contact {worst.half_width_um:.3g} um in "
             "half-width: it yields like a cushion; raise contact.penalty_Pa_per_um for a rigid one"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 from mpi4py import MPI
@@ -14,12 +15,13 @@ from cellmech.modes import RigidModes
 from cellmech.outline import Outline
 from cellmech.residual import Body, State
 from cellmech.schedule import LOAD_STEPS, SMALL, Memory, Schedule, Step, Totals
-from cellmech.settling import settle
-from cellmech.snes import TOLERANCE, Outcome, Solver
+from cellmech.settling import NEARLY, settle
+from cellmech.snes import ROUND_OFF, TOLERANCE, Outcome, Solver
 from cellmech.stepping import LoadSteps, TimeSteps
 
 TOUCHING = 1e-12  # load amplitude at which the resting body counts as just touching
 MOVING_TOLERANCE = 1e-10  # of the solver with inertia: velocities carry what is left from step to step
+EXACTLY = 1e-6  # share of the load by which contact misses it where Newton's method can do no better
 CHECKPOINT_STEPS = 10  # accepted steps between two checkpoints of a small problem
 CHECKPOINT_WORK = 200_000  # steps times unknowns after which a larger one is due
 
@@ -85,7 +87,8 @@ class Run:
     def _bind(self, body: Body) -> None:
         self.body = body
         tolerance = TOLERANCE if body.density is None else MOVING_TOLERANCE
-        self.solver = Solver(body, self.state, self.force_scale, tolerance, self.modes)
+        balance = partial(self._settle, nearly=EXACTLY) if body.density is None and body.obstacles else None
+        self.solver = Solver(body, self.state, self.force_scale, tolerance, self.modes, balance)
 
     @property
     def jumps(self) -> bool:
@@ -175,20 +178,25 @@ class Run:
         self.totals.factorisations += outcome.factorisations
         return outcome
 
-    def _settle(self, amplitude: float) -> None:
+    def _settle(self, amplitude: float, nearly: float = NEARLY) -> None:
         """Move the displacement along the load to where the contact balances it, if that can be; else leave it."""
-        load = amplitude * self.ledger.load_resultant()
-        size, u = float(np.linalg.norm(load)), self.u.copy()
-        if size == 0.0 or not np.all(self.state.free[load != 0.0]):
+        load, state = amplitude * self.ledger.load_resultant(), self.state
+        size = float(np.linalg.norm(load))
+        if size == 0.0 or not np.all(state.free[load != 0.0]):
             return
         direction = load / size
+        state.split()
+        start = state.now.offset.value.copy()
+
+        def move(distance: float) -> None:
+            state.now.offset.value = start + distance * direction
+            state.now.join()
 
         def imbalance(distance: float) -> float:
-            self.u[:] = u + np.tile(distance * direction, len(u) // 2)
+            move(distance)
             return float(self.ledger.contact_force() @ direction) + size
 
-        distance = settle(imbalance, size, self.reach_um)
-        self.u[:] = u + np.tile((distance or 0.0) * direction, len(u) // 2)
+        move(settle(imbalance, size, self.reach_um, nearly) or 0.0)
 
     def reaches_more(self) -> bool:
         """Whether the body has come to obstacles that were left out; they are put in. Collective."""
@@ -224,7 +232,8 @@ class Run:
 
     def no_way_on(self, reason: str, amplitude: float, t: float | None = None) -> str:
         """The message of a failure, at the present time or t [s]."""
-        return f"no equilibrium beyond t = {self.t if t is None else t:.6g} s, load amplitude {amplitude:.6g}: {reason}"
+        what = "the solver stops" if reason.startswith(ROUND_OFF) else "no equilibrium"
+        return f"{what} beyond t = {self.t if t is None else t:.6g} s, load amplitude {amplitude:.6g}: {reason}"
 
     def memory(self) -> Memory:
         """All that decides how the run goes on after the last accepted step."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,11 +25,13 @@ BALANCED = 3e-4  # share of the load's sum that round-off may keep out of balanc
 ROUNDING = 8 * float(np.finfo(float).eps)  # of a position: what its arithmetic may be off by
 STALL_RATE = 0.5  # a residual that a new tangent reduces by less than this factor stays
 CRUSHED = 1e-3  # det F at and below which a solution is none: no continuum, and its stresses lose all digits
+ROUND_OFF = "round-off"  # how its reason begins
 SINGULAR = "the tangent is singular: nothing resists some motion of the body"
 MAX_ITERATIONS, LEAP_ITERATIONS = 30, 16
 # Ways to try a solve: whether tangents are kept, and PETSc's line search. Full steps first: the residual's norm judges
 # them badly, for a motion of what is soft (or a contact that sets in) shakes what is stiff before it settles.
 ATTEMPTS = ((True, "basic"), (False, "bt"))
+REFINEMENTS = 2  # of what round-off stops: the translation that it holds is taken out, and is balanced by itself
 # MUMPS's INFOG(1) where memory is refused, and where the workspace that was foreseen is too small.
 REFUSED, OUTGROWN = frozenset((-5, -7, -13, -19)), frozenset((-8, -9, -17, -20))
 KEEP_RATE = 0.25  # a factorisation is kept while each iteration brings the residual down at least by this factor
@@ -67,6 +70,8 @@ class Solver:
         tolerance: the residual's 2-norm is brought below this share of the load's 2-norm at the time [-]; without a
             dead load, of the force scale. Where round-off forbids that, below `BALANCED` of it.
         modes: rigid motions to take out.
+        balance: moves the displacement to where contact balances the load at an amplitude [-], if that is possible: a
+            stiff body's tangent, rounded, knows little of a soft contact.
     """
 
     def __init__(
@@ -76,8 +81,9 @@ class Solver:
         force_scale: float,
         tolerance: float = TOLERANCE,
         modes: RigidModes | None = None,
+        balance: Callable[[float], None] | None = None,
     ) -> None:
-        self.body, self.state, self.modes = body, state, modes
+        self.body, self.state, self.modes, self._balance = body, state, modes, balance
         self.comm: MPI.Comm = body.domain.mesh.comm
         self.amplitude = fem.Constant(body.domain.mesh, 0.0)
         R, K = equilibrium(body, state.written(), self.amplitude)
@@ -89,7 +95,7 @@ class Solver:
         self._x = self._b.duplicate()
         self._watch = DetFWatch(body, state)
         self.factorisations, self._keep, self._stale, self._norm = 0, False, False, np.inf
-        self._thrifty, self._search = True, ""
+        self._thrifty, self._search, self._again = True, "", False
         self._extent = self.comm.allreduce(float(np.abs(body.domain.mesh.geometry.x).max(initial=0.0)), op=MPI.MAX)
         self._tolerance, self._force_scale, self._atol, self._sum = tolerance, force_scale, 0.0, 0.0
         load = petsc.assemble_vector(compile_form(load_work(body, ufl.TestFunction(body.space)), self.comm))
@@ -179,7 +185,8 @@ class Solver:
         if residual <= self._atol:
             return reason.CONVERGED_FNORM_ABS
         stays = iteration > 0 and not self._stale and residual > STALL_RATE * self._norm
-        if not stays or not residual <= self._round_off(snes.getSolution()):
+        met = self._again and iteration == 0 and residual <= BALANCED * self._sum
+        if not (stays or met) or not residual <= self._round_off(snes.getSolution()):
             return reason.ITERATING
         return reason.CONVERGED_SNORM_RELATIVE if residual <= BALANCED * self._sum else reason.DIVERGED_DTOL
 
@@ -263,17 +270,25 @@ class Solver:
         self._atol = (ROUGH if rough else self._tolerance) * load
         most = LEAP_ITERATIONS if leap else MAX_ITERATIONS
         self._snes.setTolerances(rtol=0.0, atol=self._atol, stol=0.0, max_it=most)
-        guess = self._unknowns()
+        guess, centre = self._unknowns(), self.state.now.offset.value.copy()
         for self._thrifty, search in ATTEMPTS[:1] if leap else ATTEMPTS:
             self._use(search)
-            self._x.setArray(guess)
             self._watch.worst, self._stale, fault, tangents = None, False, "", self.factorisations
-            fenicsx.solve(self._snes, self._x)
-            iterations += self._snes.getIterationNumber()
-            reason, residual = self._snes.getConvergedReason(), float(self._snes.getFunctionNorm())
-            self._set_unknowns(self._x)
+            self.state.now.offset.value = centre
+            self._x.setArray(guess)
+            for self._again in (False, *[True] * REFINEMENTS):
+                fenicsx.solve(self._snes, self._x)
+                iterations += self._snes.getIterationNumber()
+                reason, residual = self._snes.getConvergedReason(), float(self._snes.getFunctionNorm())
+                self._set_unknowns(self._x)
+                drowned = reason == PETSc.SNES.ConvergedReason.DIVERGED_DTOL
+                if not drowned:
+                    break
+                self.state.recentre()
+                if self._balance is not None:
+                    self._balance(amplitude)
+                self._x.setArray(self._unknowns())
             converged = reason > 0 and self._watch.admissible(CRUSHED)
-            drowned = reason == PETSc.SNES.ConvergedReason.DIVERGED_DTOL
             if converged or drowned:
                 break
             unsolved = reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE
@@ -317,7 +332,7 @@ class Solver:
 
     def _drowning(self, residual: float) -> str:
         """What round-off hides, and what it would not."""
-        text = f"round-off keeps forces of {residual:.2g} Pa um out of balance beside a load of {self._sum:.2g} Pa um"
+        text = f"{ROUND_OFF} keeps forces of {residual:.2g} Pa um out of balance beside a load of {self._sum:.2g} Pa um"
         if not self._sum:
             return text
         times = residual / (BALANCED * self._sum)

@@ -67,7 +67,7 @@ class TimeSteps:
         Raises:
             SolveError: no way on; the state is the last accepted one.
         """
-        run, failures, reason = self.run, 0, ""
+        run, failures, reason, lost = self.run, 0, "", ""  # why a solve failed; what round-off made of a shorter step
         self._move_history()
         if run.totals.steps == 0 and run.jumps:
             return self._put_on()
@@ -82,9 +82,10 @@ class TimeSteps:
             if not outcome.converged:
                 failures += 1
                 run.totals.failed_solves += 1
-                if outcome.drowned and not reason and run.totals.steps == 0 and t < run.schedule.next_landing(0.0):
-                    run.log(f"t = {t:.6g} s: {outcome.reason}; the first step is made longer")
-                    self.wish = GROWN * h
+                if outcome.drowned and not reason and t < run.schedule.next_landing(run.t):
+                    run.log(f"t = {t:.6g} s: {outcome.reason}; the step is made longer")
+                    lost, self.wish = outcome.reason, GROWN * h
+                    run.u[:] = self.history.values[0]
                     continue
                 reason, self.most = reason or outcome.reason, h / 2
                 run.log(f"t = {t:.6g} s, step {h:.3g} s: {outcome.reason}; step cut")
@@ -94,8 +95,8 @@ class TimeSteps:
             if not self.controller.accepts(error):
                 run.totals.rejected_steps += 1
                 factor = min(self.controller.factor(error), 0.9)
-                reason = "the error of ever smaller steps stays large"
-                self.wish = self._shorter(h * factor, SMALLEST_ACCURATE, reason)
+                stays = lost or "the error of ever smaller steps stays large"
+                self.wish = self._shorter(0.0 if lost else h * factor, SMALLEST_ACCURATE, stays)
                 continue
             if run.reaches_more():
                 run.u[:] = self.history.values[0]

@@ -93,7 +93,7 @@ def test_relative_error_is_of_the_largest_displacement_so_far():
     assert run.relative(error) == pytest.approx(0.5, rel=1e-12)
     run.u[:2] = 0.3, 0.4
     assert run.relative(error) == pytest.approx(1e-3, rel=1e-12)
-    run.largest = 5.0
+    run.largest = [5.0, 0.0]
     assert run.relative(error) == pytest.approx(1e-4, rel=1e-12)
 
 
