@@ -1,0 +1,131 @@
+"""A state that is reported is in balance with the load of its own moment, however small, stiff or late that is."""
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+from cellmech.case import solve_case
+from cellmech.errors import SolveError
+from cellmech.layering import mesh_plan
+from cellmech.records import CaseFolder
+from cellmech.scene import LAYER_NAMES
+from cellmech.scene_file import read_scene
+from cellmech.setup import Setup
+from cellmech.study_file import Case
+
+COARSE = {"size_um": 6.0}
+
+
+def scene_of(**tables):
+    return read_scene({"mesh": COARSE, **tables}, "test")
+
+
+def run_of(scene, log=lambda line: None):
+    return Setup(scene, MPI.COMM_SELF, mesh_plan(scene)).create_run(log)
+
+
+def steps_of(run):
+    """Of each step: time [s], Newton iterations, and the contact's force over the load then [-]."""
+    steps = []
+
+    def on_step(step):
+        load = -run.ledger.load_resultant()[1] * step.amplitude
+        steps.append((step.t_s, step.newton, run.ledger.contact_force()[1] / load))
+
+    run.run(on_step)
+    run.close()
+    return np.array(steps)
+
+
+def all_layers(**values):
+    return {"layer": {name: dict(values) for name in LAYER_NAMES}}
+
+
+STIFF = all_layers(young_Pa=3e9, fluid_fraction=0.0)
+SMALL_LOADS = {
+    "first second of a ramp of hours": {"time": {"end_s": 1.0}},
+    "the same, end state alone": {"time": {"end_s": 1.0, "history": False}},
+    "a billionth of the weight": {"load": {"factor": 1e-9}},
+    "at once, a billionth, full cell": {"cell": {"shape": "full"}, "load": {"factor": 1e-9, "half_ramp_s": 0.0}},
+    "early output": {"output": {"times_s": [1.0, 2.0]}, "time": {"end_s": 10.0}},
+    "force in the volume": {"contact": {"form": "volume"}, "load": {"half_ramp_s": 1.0}, "time": {"end_s": 0.05}},
+    "beads": {**STIFF, "time": {"end_s": 100.0}},
+    "ramp of a microsecond": {"load": {"half_ramp_s": 5e-7}, "time": {"end_s": 1e-3}},
+    "viscosity of 1e10 Pa s": {"cell": {"fluid_lambda_Pa_s": 1e10}, "time": {"end_s": 1e3}},
+    "stiff lamina": {"layer": {"lamina": {"young_Pa": 1e9}}, "time": {"end_s": 5000.0}},
+}
+
+
+@pytest.mark.parametrize("tables", SMALL_LOADS.values(), ids=SMALL_LOADS)
+def test_every_step_balances_the_load_of_its_moment(tables):
+    """Before, steps of 0 iterations were accepted below 1e-10 of the weight, and the cell flew 1.4 mm up."""
+    run = run_of(scene_of(**tables))
+    steps = steps_of(run)
+    np.testing.assert_allclose(steps[:, 2], 1.0, rtol=1e-3)
+    assert np.abs(run.u).max() < 1.0
+
+
+def test_small_load_strains_in_proportion():
+    """Strains of an end state at 1e-9 of the weight: displacements less the sinking are those of 1e-8, over ten."""
+    deformed = []
+    for factor in (1e-8, 1e-9):
+        run = run_of(scene_of(load={"factor": factor}, time={"history": False}))
+        steps_of(run)
+        deformed.append(np.abs(run.state.now.part.x.array).max())
+    assert deformed[0] / deformed[1] == pytest.approx(10.0, rel=0.1)  # contact grows with the load
+
+
+@pytest.mark.parametrize("young_Pa", [1e8, 3e9, 1e10])
+def test_stiff_bead_sinks_in_as_a_rigid_disc(young_Pa):
+    """A parabola on a penalty of kappa: depth (3 W/(4 kappa sqrt(2 R)))^(2/3), the pillar's top being nearly flat."""
+    scene = scene_of(**all_layers(young_Pa=young_Pa, fluid_fraction=0.0), time={"history": False}, mesh={"size_um": 3.4})
+    run = run_of(scene)
+    steps = steps_of(run)
+    depth = run.outline.max_depth(run.state.u, run.body.obstacles)
+    weight, kappa, radius = -2 * run.ledger.load_resultant()[1], 50.0, 10.0
+    expected = (3 * weight / (4 * kappa * np.sqrt(2 * radius))) ** (2 / 3)
+    assert depth == pytest.approx(expected, rel=0.01)
+    assert len(steps) == 1 and steps[0, 1] <= 3
+
+
+def test_load_below_round_off_is_named_and_not_physics():
+    """1e-20 of a weight on fluid that a step of a microsecond makes as hard as stone."""
+    run = run_of(scene_of(load={"half_ramp_s": 1e6}, time={"end_s": 1e-6}))
+    with pytest.raises(SolveError, match=r"^the solver stops .*round-off keeps forces .* times the load"):
+        run.run(lambda step: None)
+    assert run.totals.newton_iterations < 60
+    run.close()
+
+
+TIMES = {
+    "plain": {},
+    "ramp ends just before the end": {"load": {"half_ramp_s": 8999.9999995}},
+    "output just after the ramp": {"output": {"times_s": [10000.000001]}},
+    "output just before the ramp's end": {"output": {"times_s": [9999.9999999, 12000.0]}},
+    "outputs at the ramp's parts": {"output": {"times_s": [499.9999999999, 1000.0000000001]}},
+}
+
+
+@pytest.mark.parametrize("fluid", [True, False], ids=["time steps", "load steps"])
+def test_times_side_by_side_lead_to_the_same_end(fluid, tmp_path):
+    """All requested times are written, and the end values are those without them."""
+    base = {"time": {"rtol": 1e-2}, "cell": {"fluid_lambda_Pa_s": 1000.0 if fluid else 0.0}}
+    if not fluid:
+        base["cell"]["fluid_mu_Pa_s"] = 0.0
+    ends = []
+    for name, tables in TIMES.items():
+        scene = scene_of(**base, **tables)
+        folder = CaseFolder(tmp_path / name.replace("'", ""), MPI.COMM_SELF, "k")
+        result = solve_case(Case("case", scene), folder, MPI.COMM_SELF, mesh_plan(scene), lambda progress: None)
+        folder.finish(result)
+        folder.close()
+        assert result["status"] == "solved", f"{name}: {result['reason']}"
+        pvd = (folder.path / "fields.pvd").read_text()
+        assert all(f'timestep="{t!r}"' in pvd for t in (*scene.output.times_s, scene.time.end_s)), name
+        ends.append(result["nucleus"]["sigma_mises_max_Pa"])
+    np.testing.assert_allclose(ends, ends[0], rtol=1e-3)
+
+
+def test_output_before_a_load_that_is_there_at_once_is_put_on_is_hit():
+    scene = scene_of(load={"half_ramp_s": 0.0}, output={"times_s": [0.1]}, time={"end_s": 1e4, "rtol": 1e-2})
+    assert 0.1 in steps_of(run_of(scene))[:, 0]

@@ -1,0 +1,49 @@
+"""A fall from any height: s = g t^2/2 in the air, and the ground at its end."""
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+from cellmech.layering import mesh_plan
+from cellmech.scene_file import read_scene
+from cellmech.setup import Setup
+
+G = 9.81e6  # µm/s²
+
+
+def fallen(**tables):
+    """The run at its end, and of each step: time [s], way of the mean [µm], contact force [Pa µm]."""
+    data = {"cell": {"inertia": True}, "load": {"half_ramp_s": 0}, "mesh": {"size_um": 6.0}, **tables}
+    scene = read_scene(data, "test")
+    run, steps = Setup(scene, MPI.COMM_SELF, mesh_plan(scene)).create_run(lambda line: None), []
+    run.run(lambda step: steps.append((step.t_s, -run.u[1::2].mean(), run.ledger.contact_force()[1])))
+    run.close()
+    return run, np.array(steps)
+
+
+@pytest.mark.parametrize(
+    ("gap_um", "end_s"),
+    [(100.0, 4e-3), (300.0, 7.5e-3), (1e5, 0.14)],
+)
+def test_cell_falls_half_g_t_squared(gap_um, end_s):
+    """Before, steps shrank to 1e-12 s in mid-air after 54 µm, and the fall ended in "no equilibrium"."""
+    _, steps = fallen(cell={"inertia": True, "gap_um": gap_um}, time={"end_s": end_s})
+    late = steps[steps[:, 0] > 0.1 * end_s]
+    np.testing.assert_allclose(late[:, 1], G * late[:, 0] ** 2 / 2, rtol=1e-4)
+    assert len(steps) < 60
+
+
+def test_cell_without_obstacle_falls_on():
+    run, steps = fallen(pillar=[], flat=False, time={"end_s": 0.1})
+    assert steps[-1, 1] == pytest.approx(G * 0.1**2 / 2, rel=1e-4)
+    assert np.abs(run.state.now.part.x.array).max() < 1e-6  # nothing deforms it
+
+
+@pytest.mark.slow
+def test_cell_that_falls_its_radius_lands_and_comes_to_rest():
+    """It touches after sqrt(2 gap/g), bounces, and in the end stands with its weight."""
+    run, steps = fallen(cell={"inertia": True, "gap_um": 10.0}, time={"end_s": 6e-3, "rtol": 1e-2})
+    touching = steps[steps[:, 2] > 0, 0]
+    assert touching[0] == pytest.approx(np.sqrt(2 * 10.0 / G), rel=0.01)
+    assert steps[:, 2].max() > 10 * -run.ledger.load_resultant()[1]
+    assert steps[-1, 2] == pytest.approx(-run.ledger.load_resultant()[1], rel=0.05)
