@@ -13,8 +13,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from cellmech import started  # noqa: F401 before all that it starts
+# isort: split
+
 from mpi4py import MPI
 
+from cellmech import fenicsx
 from cellmech.additions import Additions
 from cellmech.archive import alone_in, finished, forget, input_key, signed, source_hash
 from cellmech.case import Progress, solve_case
@@ -129,7 +133,8 @@ def _solve(
         folder = CaseFolder(path, comm, key)
         try:
             folder.agree()
-            record = solve_case(case, folder, comm, plan, progress, additions)
+            with fenicsx.own_options():
+                record = solve_case(case, folder, comm, plan, progress, additions)
             folder.finish(signed(record, case.name, source_hash(), key))
         finally:
             folder.close()
