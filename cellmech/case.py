@@ -10,7 +10,8 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any
 
-from cellmech import started  # noqa: F401 before all that it starts
+import cellmech.started  # noqa: F401 before all that it starts
+
 # isort: split
 
 import dolfinx

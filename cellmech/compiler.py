@@ -69,4 +69,6 @@ def fault(error: BaseException) -> str:
     text = " ".join(met.group(1).split()).rstrip(".")
     missing = shutil.which(name(), path=search_path()) is None
     what = f"{name()} is not installed" if missing else text
-    return f"{what}. Equations are compiled with it: apt-get install gcc libc6-dev python3-dev; the same command goes on"
+    return (
+        f"{what}. Equations are compiled with it: apt-get install gcc libc6-dev python3-dev; the same command goes on"
+    )

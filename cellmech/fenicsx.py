@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from cellmech import started  # noqa: F401 before all that it starts
+import cellmech.started  # noqa: F401 before all that it starts
+
 # isort: split
 
 import basix

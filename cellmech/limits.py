@@ -17,11 +17,6 @@ def below(value: float, limit: float, *terms: float) -> bool:
     return value < limit - ROUNDING * max(map(abs, (value, limit, *terms)))
 
 
-def above(value: float, limit: float, *terms: float) -> bool:
-    """Whether a value lies above a limit by more than rounding; arguments as for `below`."""
-    return below(limit, value, *terms)
-
-
 def told(limit: float) -> str:
     """A limit for a message: with all the digits that count."""
     return f"{limit:.{DIGITS}g}"

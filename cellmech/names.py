@@ -32,6 +32,11 @@ def spelt(path: str | os.PathLike[str]) -> str:
     return str(found)
 
 
+def path_there(text: str) -> Path:
+    """The same for a command line."""
+    return Path(spelt(text))
+
+
 def _only(folder: Path, name: str) -> str:
     try:
         alike = [other for other in os.listdir(folder) if plain(other) == plain(name)]

@@ -113,7 +113,9 @@ def start_petsc() -> None:
         InputError: PETSC_DIR hides Debian's PETSc.
     """
     if find_spec("petsc4py") is None and (place := os.environ.get("PETSC_DIR")):
-        raise InputError("PETSC_DIR", "", "names another PETSc, which has no petsc4py", place, "Take it away with unset.")
+        raise InputError(
+            "PETSC_DIR", "", "names another PETSc, which has no petsc4py", place, "Take it away with unset."
+        )
     import petsc4py
 
     hidden = [name for name in os.environ if name.startswith("PETSC_OPTIONS")]
