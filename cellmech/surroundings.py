@@ -18,6 +18,7 @@ from cellmech.errors import InputError
 
 RANK = ("OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK", "PMI_FD")  # one of them has whom an MPI launcher has started
 STEP = ("SLURM_STEP_ID", "SLURM_STEPID")  # by which Open MPI takes a process for one that srun has started
+ISOLATED = {"OMPI_MCA_ess_singleton_isolated": "1"}  # Open MPI 4 needs no daemon then, which it looks for in PATH
 STREAMS = (("stdin", "r"), ("stdout", "w"), ("stderr", "w"))  # by their numbers
 
 
@@ -99,7 +100,7 @@ def start_mpi() -> Any:
     if alone and tasks > 1 and _by_srun():
         rule = f"has started {tasks} processes without PMIx, by which MPI's ranks find each other"
         raise InputError("srun", "", rule, None, f"Start them with mpirun -n {tasks}, or with srun --mpi=pmix.")
-    with changed_environment(dict.fromkeys(STEP) if alone else {}):
+    with changed_environment({**dict.fromkeys(STEP), **ISOLATED} if alone else {}):
         from mpi4py import MPI
     return MPI
 
