@@ -100,8 +100,10 @@ def run(
         if ranks.lead:
             say(json_text({"studies": []}).rstrip() if options.json else empty)
         return 0
-    world = ranks.start()
-    case = load()
+    try:
+        world, case = ranks.start(), load()
+    except ImportError as error:  # no such package, or too few files may be open to load it
+        raise CellmechError(f"a library cannot be loaded: {error}") from error
     interrupts.arm()
     if options.check:
         from cellmech.post import agreed

@@ -6,6 +6,7 @@ Nothing heavy is imported here: it has to run before MPI, PETSc and DOLFINx look
 from __future__ import annotations
 
 import os
+import resource
 import sys
 import tempfile
 from collections.abc import Iterator, Mapping
@@ -14,11 +15,14 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from cellmech.errors import InputError
+from cellmech.errors import CellmechError, InputError
 
 RANK = ("OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK", "PMI_FD")  # one of them has whom an MPI launcher has started
 STEP = ("SLURM_STEP_ID", "SLURM_STEPID")  # by which Open MPI takes a process for one that srun has started
-ISOLATED = {"OMPI_MCA_ess_singleton_isolated": "1"}  # Open MPI 4 needs no daemon then, which it looks for in PATH
+# What Open MPI needs for a process alone: no daemon, which version 4 looks for in PATH, and no network.
+LONE = {"OMPI_MCA_ess_singleton_isolated": "1", "OMPI_MCA_btl": "self", "OMPI_MCA_pml": "ob1"}
+OF_OTHERS = ("OMPI_MCA_", "SLURM_", "FLUX_", "JSM_")  # settings, and launchers that Open MPI looks for
+LEAST_MB = 800  # of addresses: the libraries take 550, and OpenBLAS 134 in one piece
 STREAMS = (("stdin", "r"), ("stdout", "w"), ("stderr", "w"))  # by their numbers
 
 
@@ -94,15 +98,37 @@ def start_mpi() -> Any:
 
     Raises:
         InputError: srun has started several processes that cannot find each other.
+        CellmechError: a limit on memory leaves no room for anything.
     """
+    refuse_without_room()
     alone = not launched()
     tasks = _number("SLURM_STEP_NUM_TASKS") or _number("SLURM_NTASKS")
     if alone and tasks > 1 and _by_srun():
         rule = f"has started {tasks} processes without PMIx, by which MPI's ranks find each other"
         raise InputError("srun", "", rule, None, f"Start them with mpirun -n {tasks}, or with srun --mpi=pmix.")
-    with changed_environment({**dict.fromkeys(STEP), **ISOLATED} if alone else {}):
+    with changed_environment(_lone() if alone else {}):
         from mpi4py import MPI
     return MPI
+
+
+def _lone() -> dict[str, str | None]:
+    """What to change for MPI while it starts in a process that is alone: what it knows of others is wrong there."""
+    theirs = [name for name in os.environ if name.startswith(OF_OTHERS)]
+    place = tempfile.gettempdir()  # one that can be written to, as TMPDIR's may not
+    temporary = {"TMPDIR": place} if os.access(place, os.W_OK) else {}
+    return {**dict.fromkeys(theirs), **LONE, **temporary}
+
+
+def refuse_without_room() -> None:
+    """Refuse a limit on memory (ulimit -v) under which libraries do not load, or OpenBLAS asks for its own for ever.
+
+    Raises:
+        CellmechError: with the limit.
+    """
+    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+    if limit != resource.RLIM_INFINITY and limit < LEAST_MB * 10**6:
+        got = f"the limit on memory (ulimit -v) is {limit // 1024} kB"
+        raise CellmechError(f"{got}: less than {LEAST_MB} MB is not enough to begin. Raise it: ulimit -v unlimited")
 
 
 def start_petsc() -> None:
