@@ -41,7 +41,7 @@ def cache_directory() -> Path:
         OSError: nothing says where.
     """
     if place := os.environ.get("XDG_CACHE_HOME"):
-        return Path(place).absolute() / "cellmech"
+        return Path(place) / "cellmech"
     home = surroundings.home()
     if home is None:
         raise OSError(errno.ENOENT, "there is no home folder", "~/.cache/cellmech")
