@@ -35,8 +35,14 @@ def test_told_limit_is_the_limit_but_for_rounding(limit):
 
 @pytest.mark.parametrize(
     "radii",
-    [(9.4975, 9.4985, 9.5, 10.0), (4.9, 5.0, 9.999, 10.0), (4.9, 5.0, 5.001, 10.0), (0.0003, 1.0, 2.5, 3.0)],
-    ids=["lamina", "membrane", "cytosol", "nucleoplasm"],
+    [
+        (9.4975, 9.4985, 9.5, 10.0),
+        (4.9, 5.0, 9.999, 10.0),
+        (4.9, 5.0, 5.001, 10.0),
+        (0.0003, 1.0, 2.5, 3.0),
+        (4.9, 5.0, 10.19898, 10.2),
+    ],
+    ids=["lamina", "membrane", "cytosol", "nucleoplasm", "membrane of another cell"],
 )
 def test_thinnest_layer_that_is_allowed_is_accepted(radii):
     data = {"layer": layers(*radii), "mesh": {"size_um": 0.6}}
