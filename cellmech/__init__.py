@@ -14,7 +14,9 @@ line too, and `Result` is what both return. `Additions` are laws, obstacles and 
 
 from __future__ import annotations
 
+import os
 from importlib import import_module
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -27,6 +29,11 @@ if TYPE_CHECKING:
     from cellmech.scene import Scene
 
 __version__ = "0.1.0"
+
+# Conda's compilers name the build data of conda's Python there. Ours would look for them as soon as anybody asks for a
+# folder of its own, and find none.
+if (_data := os.environ.get("_PYTHON_SYSCONFIGDATA_NAME")) and find_spec(_data) is None:
+    del os.environ["_PYTHON_SYSCONFIGDATA_NAME"]
 
 _HOMES = {
     "Additions": "additions",

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from cellmech.contact import Obstacle
 from cellmech.errors import InputError, SolveError
 from cellmech.materials import Material
+from cellmech.names import plain
 from cellmech.observables import Observer
 from cellmech.scene import LAYER_NAMES, LayerName
 
@@ -40,6 +42,7 @@ class Additions:
         for part in ("materials", "obstacles", "observables"):
             if not isinstance(getattr(self, part), Mapping):
                 raise InputError(WHERE, part, "must be a dict of names", getattr(self, part))
+            object.__setattr__(self, part, _plain_names(part, getattr(self, part)))
         for layer, material in self.materials.items():
             if layer not in LAYER_NAMES:
                 raise InputError(WHERE, f"materials.{layer}", f"must be named {' or '.join(LAYER_NAMES)}")
@@ -92,3 +95,15 @@ class Additions:
             if faults := [text for text in observer.comm.allgather(fault) if text]:
                 raise SolveError(f"the observable {name} is no finite number ({faults[0]})")
         return {"own": own} if own else {}
+
+
+def _plain_names(part: str, given: Mapping[str, Any]) -> dict[str, Any]:
+    """The same by names in the form that all have."""
+    found: dict[str, Any] = {}
+    for name, value in given.items():
+        if not isinstance(name, str):
+            raise InputError(WHERE, part, "must be a dict of names", name)
+        if plain(name) in found:
+            raise InputError(WHERE, part, "names must differ by more than how accents are coded", name)
+        found[plain(name)] = value
+    return found

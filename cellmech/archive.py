@@ -20,7 +20,9 @@ from cellmech.sealed import damage, is_whole
 from cellmech.study_file import Case
 
 SUMMARY, TIMINGS, LOCK = "summary.csv", "timings.csv", ".lock"
-INTERNAL, DISK = "internal error", "the disk refuses"  # begin the reasons of failures that inputs do not explain
+# What the reasons of failures begin with that inputs do not explain.
+INTERNAL, DISK, COMPILER = "internal error", "the disk refuses", "the compiler fails"
+TRIED_AGAIN = (INTERNAL, DISK, COMPILER)
 MACHINE = ("wall_s", "ranks", "memory_MB")  # differ between runs of equal inputs: kept out of summary.csv
 COSTS = ("steps", "rejected_steps", "newton_iterations", "factorisations", "mesh_cells", "dofs")
 
@@ -87,7 +89,7 @@ def signed(record: Record, case: str, source: str, key: str) -> Record:
 
 def is_final(result: Record) -> bool:
     """Whether equal inputs must end alike: solved, or failed for a physical reason."""
-    return result["status"] == "solved" or not result["reason"].startswith((INTERNAL, DISK))
+    return result["status"] == "solved" or not result["reason"].startswith(TRIED_AGAIN)
 
 
 def refusal(error: OSError) -> str:

@@ -10,6 +10,10 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any
 
+import cellmech.started  # noqa: F401 before all that it starts
+
+# isort: split
+
 import dolfinx
 import numpy as np
 from mpi4py import MPI

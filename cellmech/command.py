@@ -17,6 +17,7 @@ from typing import NoReturn
 from cellmech.accuracy import ALL_PARTS, Refinement, refinements
 from cellmech.archive import SUMMARY, TIMINGS
 from cellmech.errors import InputError
+from cellmech.names import plain, spelt
 from cellmech.study_file import Case, Study, load_study
 
 MAIN_JOB = Path("studies/fig2.toml")
@@ -178,7 +179,8 @@ def _main_job() -> Path:
 
 def _orders(studies: Sequence[Study], options: argparse.Namespace) -> tuple[Order, ...]:
     names = [case.name for study in studies for case in study.cases]
-    for name in options.only:
+    only = [plain(name) for name in options.only]
+    for name in only:
         if name not in names:
             close = difflib.get_close_matches(name, names, 3, 0.5)
             hint = f"Did you mean {' or '.join(close)}?" if close else "--list prints the names."
@@ -188,10 +190,11 @@ def _orders(studies: Sequence[Study], options: argparse.Namespace) -> tuple[Orde
         out = Path("results") / study.stem if options.out is None else Path(options.out)
         if options.out is not None and len(studies) > 1:
             out = out / study.stem
+        out = Path(spelt(out))
         if out in orders:
             rule = f"must differ in name from {orders[out].study.path}: both would write into {out}"
             raise InputError(str(study.path), "", rule, None, "Start them one after the other, each with its --out.")
-        chosen = tuple(case for case in study.cases if not options.only or case.name in options.only)
+        chosen = tuple(case for case in study.cases if not only or case.name in only)
         orders[out] = Order(study, out, chosen, ALL_PARTS if options.accuracy else study.accuracy)
     return tuple(orders.values())
 

@@ -48,5 +48,9 @@ class MeshError(CellmechError):
     """A mesh that cannot carry a computation: inverted elements, missing groups."""
 
 
+class CompilerError(CellmechError):
+    """A compilation that failed for want of a compiler; the text says what to install."""
+
+
 class SolveError(CellmechError):
     """A nonlinear solve or a time loop that stopped; the text gives the physical reason."""

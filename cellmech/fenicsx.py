@@ -3,7 +3,13 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
+
+import cellmech.started  # noqa: F401 before all that it starts
+
+# isort: split
 
 import basix
 import dolfinx
@@ -29,6 +35,44 @@ if OLD:
     ufl.Constant._globalcount = 10**9
 else:
     ufl.Constant._counter = itertools.count(10**9)
+
+
+if OLD:
+    import ffcx.parameters as ffcx_options
+
+    FILES = "_load_parameters"
+else:
+    import ffcx.options as ffcx_options
+
+    FILES = "_load_options"
+
+
+@contextmanager
+def own_parameters() -> Iterator[None]:
+    """Keep the JSON files of DOLFINx and FFCx, in the user's folder and where one is, out of what is compiled."""
+    places = (ffcx_options, dolfinx.jit)
+    loaders = [getattr(place, FILES) for place in places]
+    try:
+        for place in places:
+            setattr(place, FILES, lambda: ({}, {}))
+        yield
+    finally:
+        for place, loader in zip(places, loaders, strict=True):
+            setattr(place, FILES, loader)
+
+
+@contextmanager
+def own_options() -> Iterator[None]:
+    """Keep PETSc's options of others away while the block lasts; those that PETSc read when it started, it has read."""
+    options = PETSc.Options()
+    theirs = options.getAll()
+    for key in theirs:
+        options.delValue(key)
+    try:
+        yield
+    finally:
+        for key, value in theirs.items():
+            options.setValue(key, value)
 
 
 def model_to_mesh(model: Any, comm: MPI.Comm, gdim: int = 2) -> tuple[Any, Any, Any]:

@@ -7,6 +7,7 @@ process, and what a killed one left is removed under that lock.
 
 from __future__ import annotations
 
+import errno
 import fcntl
 import logging
 import math
@@ -21,20 +22,30 @@ from typing import IO, Any, TypeVar
 import numpy as np
 from mpi4py import MPI
 
-from cellmech import fenicsx
+from cellmech import compiler, fenicsx, surroundings
+from cellmech.archive import COMPILER
+from cellmech.errors import CompilerError
 from cellmech.progress import say
 
 T = TypeVar("T")
 
-COMPILER_ARGUMENTS = ["-O2", "-g0"]
 PAUSE_S, TELL_S = 0.02, 15.0  # between two looks at the lock; a compilation takes less
 TIMEOUT_S = 600  # for which FFCx waits for a compilation; without locks one that began earlier is taken for dead
 _looked_at: dict[Path, int] = {}  # when each cache directory last changed before it was looked through [ns]
 
 
 def cache_directory() -> Path:
-    """Where compiled forms are kept: $XDG_CACHE_HOME/cellmech, or ~/.cache/cellmech."""
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "cellmech"
+    """Where compiled forms are kept: $XDG_CACHE_HOME/cellmech, or ~/.cache/cellmech.
+
+    Raises:
+        OSError: nothing says where.
+    """
+    if place := os.environ.get("XDG_CACHE_HOME"):
+        return Path(place) / "cellmech"
+    home = surroundings.home()
+    if home is None:
+        raise OSError(errno.ENOENT, "there is no home folder", "~/.cache/cellmech")
+    return home / ".cache" / "cellmech"
 
 
 @contextmanager
@@ -44,18 +55,23 @@ def _compiling(comm: MPI.Comm) -> Iterator[dict[str, Any]]:
     Raises:
         OSError: on every rank, if the disk refuses the place.
     """
-    directory = cache_directory()
     with ExitStack() as stack:
-        fault = ""
+        fault, directory, options = "", Path("~/.cache/cellmech"), []
         try:
             if comm.rank == 0:
+                directory = cache_directory()
                 stack.enter_context(_alone(directory))
+                options = compiler.options()
         except OSError as error:  # must not leave the other ranks waiting
             fault = str(error.strerror)
-        if fault := comm.bcast(fault) if comm.size > 1 else fault:
+        if comm.size > 1:
+            fault, directory, options = comm.bcast((fault, directory, options))
+        if fault:
             rule = f"compiled equations cannot be kept there ({fault})"
             raise OSError(f"{directory}: {rule}. Name another place with XDG_CACHE_HOME.")
-        yield {"cache_dir": str(directory), "cffi_extra_compile_args": COMPILER_ARGUMENTS, "timeout": TIMEOUT_S}
+        stack.enter_context(compiler.clean_environment(directory))
+        stack.enter_context(fenicsx.own_parameters())
+        yield {"cache_dir": str(directory), "cffi_extra_compile_args": options, "timeout": TIMEOUT_S}
 
 
 @contextmanager
@@ -114,7 +130,12 @@ def _quiet() -> Iterator[None]:
 
 
 def _compiled(comm: MPI.Comm, make: Callable[[dict[str, Any]], T]) -> T:
-    """What `make` compiles with the options that it gets; once more if what is kept cannot be loaded. Collective."""
+    """What `make` compiles with the options that it gets; once more if what is kept cannot be loaded. Collective.
+
+    Raises:
+        CompilerError: on every rank, if there is no compiler that works.
+        OSError: likewise, if the disk refuses the place.
+    """
     with _compiling(comm) as options:
         fault: Exception | None = None
         try:
@@ -124,6 +145,9 @@ def _compiled(comm: MPI.Comm, make: Callable[[dict[str, Any]], T]) -> T:
         again = fault is not None and comm.rank == 0 and _removed(Path(options["cache_dir"]), str(fault))
         if comm.bcast(again) if comm.size > 1 else again:
             return make(options)
+        lacking = compiler.fault(fault) if fault is not None else ""
+        if lacking := comm.bcast(lacking) if comm.size > 1 else lacking:
+            raise CompilerError(f"{COMPILER}: {lacking}") from fault
         if fault is not None:
             raise fault
         return made

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import signal
 import tempfile
+import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -90,7 +91,14 @@ def write_reference_geometries(folder: Path) -> list[Path]:
 
 @contextmanager
 def interrupt_kept() -> Iterator[None]:
-    """Keep Ctrl-C working: Gmsh takes the handler when imported, started and ended, also inside dolfinx.io.gmshio."""
+    """Keep Ctrl-C working: Gmsh takes the handler when imported, started and ended, also inside dolfinx.io.gmshio.
+
+    Outside the main thread, where Python lets nobody take it, Gmsh does not get to hear of that.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        with _signals_for_main_thread():
+            yield
+        return
     handler = signal.getsignal(signal.SIGINT)
     try:
         yield
@@ -100,12 +108,29 @@ def interrupt_kept() -> Iterator[None]:
 
 
 @contextmanager
+def _signals_for_main_thread() -> Iterator[None]:
+    """Have `signal.signal` do nothing in other threads, instead of raising."""
+    module: Any = signal
+    real = module.signal
+
+    def take(signum: Any, handler: Any) -> Any:
+        in_main = threading.current_thread() is threading.main_thread()
+        return real(signum, handler) if in_main else signal.getsignal(signum)
+
+    module.signal = take
+    try:
+        yield
+    finally:
+        module.signal = real
+
+
+@contextmanager
 def _meshed(script: GeoScript, sector: Sector, order: int) -> Iterator[Any]:
     with interrupt_kept():
         import gmsh
     with interrupt_kept(), tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "cellmech.geo"
-        path.write_text(script.text())
+        path.write_text(script.text(), encoding="utf-8")
         with interrupt_kept():
             gmsh.initialize([], False)  # the user's own Gmsh options would change the mesh
         try:

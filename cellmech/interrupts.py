@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import os
 import signal
+import threading
 import time
 from types import FrameType, TracebackType
+from typing import Any
 
 AGAIN_S = 1.0  # a second signal this much later ends the process at once
 
@@ -23,6 +25,9 @@ class Interrupts:
 
     def __enter__(self) -> Interrupts:
         self.seen, self.when = 0, 0.0
+        self.before: dict[int, Any] = {}
+        if threading.current_thread() is not threading.main_thread():
+            return self  # signals come to the main thread, and are its affair
         handlers = {signum: signal.getsignal(signum) for signum in (signal.SIGINT, signal.SIGTERM)}
         self.before = {signum: handler for signum, handler in handlers.items() if handler is not signal.SIG_IGN}
         self.arm()
@@ -36,7 +41,8 @@ class Interrupts:
         """Take the signals; to be called again after libraries that take them for themselves, as Gmsh and PETSc do."""
         for signum in self.before:
             signal.signal(signum, self._handle)
-        signal.signal(signal.SIGPIPE, signal.SIG_IGN)  # as Python has it: a reader that goes away is an OSError
+        if self.before:
+            signal.signal(signal.SIGPIPE, signal.SIG_IGN)  # as Python has it: a reader that goes away is an OSError
 
     def check(self) -> None:
         """Raise for a signal whose exception got lost in a callback, where Python drops exceptions."""

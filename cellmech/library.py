@@ -13,13 +13,19 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import cellmech.started  # noqa: F401 before all that it starts
+
+# isort: split
+
 from mpi4py import MPI
 
+from cellmech import fenicsx
 from cellmech.additions import Additions
 from cellmech.archive import alone_in, finished, forget, input_key, signed, source_hash
 from cellmech.case import Progress, solve_case
 from cellmech.errors import InputError, SolveError
 from cellmech.layering import mesh_plan
+from cellmech.names import spelt
 from cellmech.post import agreed, together
 from cellmech.records import CHECKPOINT, LOG, RESULT, CaseFolder
 from cellmech.result import Result, load
@@ -99,7 +105,7 @@ def _usable(folder: object) -> Path:
     """The folder, if nothing of somebody else's can be lost in it."""
     if not isinstance(folder, str | os.PathLike) or not os.fspath(folder):
         raise InputError("folder", "", "must name a folder", folder)
-    path = Path(str(os.fspath(folder))).absolute()
+    path = Path(spelt(str(os.fspath(folder)))).absolute()
     if path.exists() and not path.is_dir():
         raise InputError("folder", "", "must be a folder", str(path))
     if path.is_dir() and any(path.iterdir()) and not any((path / name).exists() for name in (LOG, RESULT, CHECKPOINT)):
@@ -129,7 +135,8 @@ def _solve(
         folder = CaseFolder(path, comm, key)
         try:
             folder.agree()
-            record = solve_case(case, folder, comm, plan, progress, additions)
+            with fenicsx.own_options():
+                record = solve_case(case, folder, comm, plan, progress, additions)
             folder.finish(signed(record, case.name, source_hash(), key))
         finally:
             folder.close()

@@ -14,6 +14,7 @@ import math
 from functools import lru_cache
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
+from cellmech.limits import below
 from cellmech.scene_parts import Flat, Pillar
 
 if TYPE_CHECKING:
@@ -98,7 +99,7 @@ class Standing(NamedTuple):
 def touch_of(a: Arch, b: Arch) -> tuple[float, float] | None:
     """The x [µm] where two shapes meet vertically and the distance of their centres then [µm]; None if they cannot."""
     low, high = max(a.x - a.half_width, b.x - b.half_width), min(a.x + a.half_width, b.x + b.half_width)
-    if low >= high:
+    if not below(low, high, a.x, b.x):  # side by side, as exactly as numbers can say
         return None
     while low < (middle := 0.5 * (low + high)) < high:
         slope = a.slope(middle) + b.slope(middle)

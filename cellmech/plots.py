@@ -18,9 +18,11 @@ from cellmech.errors import CellmechError, InputError
 from cellmech.figures.results import StudyResult, read_planned
 from cellmech.figures.style import save, style
 from cellmech.figures.table import Document
+from cellmech.names import path_there
 from cellmech.progress import bear_any_text, say
 from cellmech.result import load
 from cellmech.study_file import load_study
+from cellmech.surroundings import open_streams
 from cellmech.toml_file import read_toml
 
 STUDIES = Path(__file__).resolve().parents[1] / "studies"
@@ -29,8 +31,9 @@ PAPER_NUMBERS = STUDIES / "paper_numbers.toml"
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command line; the exit status is returned."""
-    options = _parser().parse_args(arguments)
+    open_streams()
     bear_any_text()
+    options = _parser().parse_args(arguments)
     try:
         return int(options.run(options))
     except CellmechError as error:
@@ -47,7 +50,7 @@ def _parser() -> argparse.ArgumentParser:
     def add(name: str, run: Any, about: str) -> argparse.ArgumentParser:
         command: argparse.ArgumentParser = commands.add_parser(name, help=about, description=about)
         command.add_argument(
-            "--out", type=Path, default=Path("results/figures"), metavar="DIR", help="default: %(default)s"
+            "--out", type=path_there, default=Path("results/figures"), metavar="DIR", help="default: %(default)s"
         )
         command.add_argument("--stem", default=name, metavar="NAME", help="of the files written; default: %(default)s")
         command.set_defaults(run=run)
@@ -56,7 +59,7 @@ def _parser() -> argparse.ArgumentParser:
     def add_study(name: str, run: Any, about: str, study: str, numbers: str) -> None:
         command = add(name, run, about)
         results = Path("results") / study
-        command.add_argument("--results", type=Path, default=results, metavar="DIR", help="default: %(default)s")
+        command.add_argument("--results", type=path_there, default=results, metavar="DIR", help="default: %(default)s")
         command.set_defaults(numbers=numbers)
         _add_study_file(command, study)
         _add_paper(command)
@@ -78,7 +81,9 @@ def _parser() -> argparse.ArgumentParser:
     add_study("table-fig2", _table_fig2, "maxima, means and shares at the four laws", "fig2", "fig2")
     film = add("movie", _movie, "film of a field of one case, over the times at which its fields were written")
     case = Path("results/movie/movie")
-    film.add_argument("--case", type=Path, default=case, metavar="DIR", help="folder of the case; default: %(default)s")
+    film.add_argument(
+        "--case", type=path_there, default=case, metavar="DIR", help="folder of the case; default: %(default)s"
+    )
     film.add_argument("--field", default="J1", help="scalar of the field files; default: %(default)s")
     film.add_argument("--magnify", type=float, default=1.0, help="displacements; default: %(default)g")
     return parser
@@ -86,12 +91,12 @@ def _parser() -> argparse.ArgumentParser:
 
 def _add_study_file(command: argparse.ArgumentParser, stem: str) -> None:
     about = "the study file, which says what cases there are; default: %(default)s"
-    command.add_argument("--study", type=Path, default=STUDIES / f"{stem}.toml", metavar="FILE", help=about)
+    command.add_argument("--study", type=path_there, default=STUDIES / f"{stem}.toml", metavar="FILE", help=about)
 
 
 def _add_paper(command: argparse.ArgumentParser) -> None:
     command.add_argument(
-        "--paper", type=Path, default=PAPER_NUMBERS, metavar="FILE", help="the paper's printed numbers"
+        "--paper", type=path_there, default=PAPER_NUMBERS, metavar="FILE", help="the paper's printed numbers"
     )
 
 

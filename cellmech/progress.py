@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cellmech.archive import DISK, INTERNAL
+from cellmech.archive import TRIED_AGAIN
 from cellmech.records import flatten
 
 if TYPE_CHECKING:  # brings DOLFINx along
@@ -37,6 +37,8 @@ def say(text: str, stream: Any = None) -> None:
         print(text, file=stream, flush=True)
     except OSError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())  # what is left goes there, and Python ends in peace
+    except ValueError:
+        pass  # closed by the program that calls us
 
 
 def bear_any_text() -> None:
@@ -48,7 +50,7 @@ def bear_any_text() -> None:
 
 def on_terminal() -> bool:
     """Whether a terminal shows our standard output; mpirun gives its ranks one of their own wherever it prints."""
-    if not sys.stdout.isatty() or os.environ.get("TERM") == "dumb":
+    if sys.stdout is None or sys.stdout.closed or not sys.stdout.isatty() or os.environ.get("TERM") == "dumb":
         return False
     if not any(name in os.environ for name in ("OMPI_COMM_WORLD_RANK", "PMIX_RANK")):
         return True
@@ -174,7 +176,7 @@ class Plain(Quiet):
     def tell(self, index: int, result: Mapping[str, Any]) -> None:
         """Say how a case ended."""
         self.line(f"[{self.done}/{self.total}] {self.labels[index]}: {ending(result)}")
-        if result["reason"].startswith((INTERNAL, DISK)):
+        if result["reason"].startswith(TRIED_AGAIN):
             super().tell(index, result)
 
     def line(self, text: str) -> None:

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from cellmech.errors import InputError
+from cellmech.names import plain, spelt
 from cellmech.scene import Scene
 from cellmech.scene_file import read_scene
 from cellmech.sealed import SEAL, damage, is_whole
@@ -69,7 +70,7 @@ class Result:
 
     def _number(self, key: str, must_be_there: bool) -> float:
         value: Any = self.result
-        for part in key.split("."):
+        for part in plain(key).split("."):
             if must_be_there and isinstance(value, Mapping) and part not in value:
                 close = difflib.get_close_matches(part, value, 1)
                 hint = f"Did you mean {close[0]}?" if close else ""
@@ -93,7 +94,7 @@ class Result:
         if not rows:
             raise InputError(str(path), "", "holds no accepted step", None, AGAIN)
         found = {}
-        for column in columns:
+        for column in map(plain, columns):
             if column not in rows[0]:
                 raise InputError(str(path), column, "there is no such column", None, AGAIN)
             try:
@@ -185,7 +186,7 @@ def load(folder: str | os.PathLike[str]) -> Result:
     Raises:
         InputError: for a file that is missing or broken.
     """
-    folder = Path(folder)
+    folder = Path(spelt(folder))
     path = folder / "result.json"
     try:
         result = json.loads(_text(path))
@@ -199,7 +200,7 @@ def load(folder: str | os.PathLike[str]) -> Result:
     if fault := damage(folder, there):
         raise InputError(str(folder), "", fault, None, AGAIN)
     scene = str(folder / "scene.toml")
-    return Result(folder.name, folder, read_scene(read_toml(scene), scene), result)
+    return Result(plain(folder.name), folder, read_scene(read_toml(scene), scene), result)
 
 
 def _text(path: Path) -> str:

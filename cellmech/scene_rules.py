@@ -8,6 +8,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 from cellmech.instants import CLOSEST, apart
+from cellmech.limits import below, told
 from cellmech.placement import TIE, Arch, Standing, overlaps, placement, standing, touch_of
 from cellmech.scene_parts import LAYER_NAMES
 
@@ -45,16 +46,16 @@ def _radii(scene: Scene) -> Iterator[Breach]:
     names = LAYER_NAMES[::-1]
     radii = [scene.layer_of(name).outer_radius_um for name in names]
     least = THINNEST_LAYER * radii[-1]
-    if radii[0] < least:  # Gmsh ends the process over what is no larger than rounding
-        rule = f"must be >= {least:g} µm, {THINNEST_LAYER:g} of the cell's radius"
+    if below(radii[0], least):  # Gmsh ends the process over what is no larger than rounding
+        rule = f"must be >= {told(least)} µm, {THINNEST_LAYER:g} of the cell's radius"
         yield Breach(f"layer.{names[0]}.outer_radius_um", rule, radii[0])
     for inner, outer, r_inner, r_outer in zip(names[:-1], names[1:], radii[:-1], radii[1:], strict=True):
         if r_inner >= r_outer:
-            rule = f"must be less than layer.{outer}.outer_radius_um = {r_outer:g} µm"
+            rule = f"must be less than layer.{outer}.outer_radius_um = {told(r_outer)} µm"
             hint = f"Radii grow from the inside out: {' < '.join(names)}."
             yield Breach(f"layer.{inner}.outer_radius_um", rule, r_inner, hint)
-        if r_outer - r_inner < least:
-            rule = f"must leave layer.{outer} a thickness of {least:g} µm or more"
+        if below(r_outer - r_inner, least, r_outer):
+            rule = f"must leave layer.{outer} a thickness of {told(least)} µm or more"
             hint = f"Its outer radius is {r_outer!r} µm."
             yield Breach(f"layer.{inner}.outer_radius_um", rule, r_inner, hint)
 
@@ -70,7 +71,7 @@ def _smearing(scene: Scene) -> Iterator[Breach]:
         hint = "Set cell.smear_um, the half-width in µm over which a layer fades into the next."
         yield Breach("cell.smear_um", "must be set, > 0 µm, when cell.layers is smeared", None, hint)
     elif cell.smear_um > scene.radius_um:
-        yield Breach("cell.smear_um", f"must be <= the cell's radius, {scene.radius_um:g} µm", cell.smear_um)
+        yield Breach("cell.smear_um", f"must be <= the cell's radius, {told(scene.radius_um)} µm", cell.smear_um)
     poissons = sorted({scene.layer_poisson(name) for name in LAYER_NAMES})
     for key, values in (("law", scene.laws()), ("poisson", poissons)):
         if len(values) > 1:
@@ -81,7 +82,7 @@ def _smearing(scene: Scene) -> Iterator[Breach]:
 def _load(scene: Scene) -> Iterator[Breach]:
     cell = scene.cell
     if cell.density_kg_m3 < cell.medium_density_kg_m3:
-        rule = f"must be >= cell.medium_density_kg_m3 = {cell.medium_density_kg_m3:g} kg/m3"
+        rule = f"must be >= cell.medium_density_kg_m3 = {told(cell.medium_density_kg_m3)} kg/m3"
         yield Breach("cell.density_kg_m3", rule, cell.density_kg_m3, "A lighter cell would rise off the substrate.")
     if cell.inertia and cell.density_kg_m3 == 0.0:
         yield Breach("cell.density_kg_m3", "must be > 0 kg/m3 when cell.inertia is true", cell.density_kg_m3)
@@ -108,7 +109,7 @@ def _flat(scene: Scene) -> Iterator[Breach]:
     for i, pillar in enumerate(scene.pillar):
         foot, top = pillar.y_um, pillar.y_um + pillar.height_um
         if foot + TIE * pillar.height_um < level < top + scene.radius_um:
-            rule = f"must be <= {foot:g} µm, the foot of pillar.{i}: the two would overlap"
+            rule = f"must be <= {told(foot)} µm, the foot of pillar.{i}: the two would overlap"
             hint = "Both would push a cell that touches both: raise the pillar, lower the flat, or set flat = false."
             yield Breach("flat.y_um", rule, level, hint)
 
@@ -124,7 +125,7 @@ def _overlap(a: Arch, b: Arch) -> bool:
 
 def _pillar_breach(scene: Scene, one: Standing, other: Standing) -> Breach:
     apart = one.arch.half_width + other.arch.half_width
-    hint = f"Their middles must be {apart:g} µm apart along x (the sum of the half-widths)."
+    hint = f"Their middles must be {told(apart)} µm apart along x (the sum of the half-widths)."
     name = f"pillar.{other.pillar}"
     if other.mirrored:
         name = ("its own mirror image" if one.pillar == other.pillar else f"the mirror image of {name}") + " at x = 0"
@@ -147,7 +148,7 @@ def _start(scene: Scene) -> Iterator[Breach]:
         yield Breach("cell.gap_um", "must be >= 0 µm", cell.gap_um, "The gap is the vertical travel to first touch.")
     if not start.touch and scene.has_weight and not cell.inertia:
         left, right = cell.centre_x_um - scene.radius_um, cell.centre_x_um + scene.radius_um
-        rule = f"must have a pillar or the flat below the cell, between x = {left:g} and {right:g} µm"
+        rule = f"must have a pillar or the flat below the cell, between x = {told(left)} and {told(right)} µm"
         hint = "Without one the cell falls for ever: add an obstacle, set cell.inertia = true, or load.factor = 0."
         yield Breach("pillar", rule, f"{len(scene.pillar)} pillar(s), none of them there", hint)
 
@@ -155,12 +156,13 @@ def _start(scene: Scene) -> Iterator[Breach]:
 def _mesh(scene: Scene) -> Iterator[Breach]:
     size, contact, radius = scene.mesh.size_um, scene.mesh.contact_size_um, scene.radius_um
     share = 0.5 if scene.cell.shape == "half" else 1.0
-    finest = math.sqrt(share * math.pi * radius**2 / (math.sqrt(3) / 4 * MOST_CELLS))
-    if not finest <= size <= radius:
-        rule = f"must be from {finest:.2g} µm (about {MOST_CELLS:.0e} triangles) to the cell's radius, {radius:g} µm"
+    finest = float(f"{math.sqrt(share * math.pi * radius**2 / (math.sqrt(3) / 4 * MOST_CELLS)):.2g}")  # as it is told
+    if size < finest or size > radius:
+        rule = f"must be from {finest:g} µm (about {MOST_CELLS:.0e} triangles) to the cell's radius, {told(radius)} µm"
         yield Breach("mesh.size_um", rule, size)
-    if contact is not None and not FINEST_CONTACT * radius <= contact <= size:
-        rule = f"must be from {FINEST_CONTACT * radius:g} to mesh.size_um = {size:g} µm"
+    least = FINEST_CONTACT * radius
+    if contact is not None and (below(contact, least) or contact > size):
+        rule = f"must be from {told(least)} to mesh.size_um = {told(size)} µm"
         yield Breach("mesh.contact_size_um", rule, contact)
     if scene.mesh.pressure == "mixed" and scene.mesh.order != 2:
         rule = f'must be "auto" or "none" where mesh.order is {scene.mesh.order}'

@@ -17,7 +17,10 @@ def release(world: MPI.Intracomm) -> None:
     Nobody needs the names once every rank of a machine has mapped what the others share, which Open MPI does when it
     starts; where it does not, they stay.
     """
-    lines = Path("/proc/self/maps").read_text().splitlines()
+    try:
+        lines = Path("/proc/self/maps").read_text().splitlines()
+    except OSError:  # a machine without /proc: what there is stays
+        lines = []
     mapped = {line[line.index(SEGMENT) :] for line in lines if SEGMENT in line}
     here = world.Split_type(MPI.COMM_TYPE_SHARED)
     if here.allreduce(len(mapped) == here.size, MPI.LAND):

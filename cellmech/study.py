@@ -7,20 +7,20 @@ import sys
 import traceback
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from mpi4py import MPI
-
-from cellmech import shared_memory
-from cellmech.agenda import Agenda, attach_errors, draw_up, share_with_twin
+from cellmech import surroundings
 from cellmech.archive import SUMMARY, Record, merge_tables, refusal
 from cellmech.command import Command, parser, understand
 from cellmech.errors import CellmechError, InputError
 from cellmech.interrupts import Interrupted, Interrupts
-from cellmech.post import agreed
 from cellmech.progress import Plain, Quiet, bear_any_text, on_terminal, results_table, say
 from cellmech.sealed import SEAL, json_text
-from cellmech.sweep import solve_jobs
+
+if TYPE_CHECKING:  # they start MPI, which --help, --list and bad input do without
+    from mpi4py import MPI
+
+    from cellmech.agenda import Agenda
 
 
 def load_case() -> Any:
@@ -30,41 +30,84 @@ def load_case() -> Any:
     return case
 
 
+class Ranks:
+    """The ranks that do what the command line says: this process alone until there is something to compute."""
+
+    def __init__(self) -> None:
+        self.world: MPI.Intracomm | None = None
+        if surroundings.launched() or "mpi4py.MPI" in sys.modules:
+            self.start()
+
+    def start(self) -> MPI.Intracomm:
+        """Start MPI, unless it has been; all ranks."""
+        if self.world is None:
+            world = surroundings.start_mpi().COMM_WORLD
+            from cellmech import shared_memory
+
+            shared_memory.release(world)
+            self.world = world
+        return self.world
+
+    @property
+    def lead(self) -> bool:
+        """Whether this process speaks for all."""
+        return surroundings.task() == 0 if self.world is None else self.world.rank == 0
+
+    @property
+    def several(self) -> bool:
+        """Whether others may be waiting for this process."""
+        return self.world is not None and self.world.size > 1
+
+    def understand(self, arguments: Sequence[str] | None) -> Command:
+        """The command line, read and checked. Collective.
+
+        Raises:
+            CellmechError: on every rank.
+        """
+        if self.world is None:
+            return understand(arguments, 1)
+        from cellmech.post import agreed
+
+        world = self.world
+        return agreed(world, lambda: understand(arguments, world.size))
+
+
 def run(
-    arguments: Sequence[str] | None, world: MPI.Intracomm, interrupts: Interrupts, load: Callable[[], Any] = load_case
+    arguments: Sequence[str] | None, ranks: Ranks, interrupts: Interrupts, load: Callable[[], Any] = load_case
 ) -> int:
-    """Do what the command line says; the exit status. Collective on world.
+    """Do what the command line says; the exit status. Collective.
 
     Args:
         arguments: of the command line, None for the process's own.
-        world: all ranks.
+        ranks: all of them.
         interrupts: entered.
         load: brings the module that solves a case: mesh_plan, solve_case, describe_case.
 
     Raises:
         CellmechError: on every rank.
     """
-    command = agreed(world, lambda: understand(arguments, world.size))
+    command = ranks.understand(arguments)
     options = command.options
     if options.help or options.list:
-        if world.rank == 0:
-            names = [case.name for order in command.orders for case in order.chosen]
-            listed = json_text({"cases": names}).rstrip() if options.json else "\n".join(names)
-            text = parser().format_help().rstrip() if options.help else listed
-            if text:  # a shard may be empty
-                say(text)
+        names = [case.name for order in command.orders for case in order.chosen]
+        listed = json_text({"cases": names}).rstrip() if options.json else "\n".join(names)
+        text = parser().format_help().rstrip() if options.help else listed
+        if ranks.lead and text:  # a shard may be empty
+            say(text)
         return 0
     if not command.orders:
-        if world.rank == 0:
-            say(
-                json_text({"studies": []}).rstrip()
-                if options.json
-                else f"nothing to solve: shard {options.shard} has no case"
-            )
+        empty = f"nothing to solve: shard {options.shard} has no case"
+        if ranks.lead:
+            say(json_text({"studies": []}).rstrip() if options.json else empty)
         return 0
-    case = load()
+    try:
+        world, case = ranks.start(), load()
+    except ImportError as error:  # no such package, or too few files may be open to load it
+        raise CellmechError(f"a library cannot be loaded: {error}") from error
     interrupts.arm()
     if options.check:
+        from cellmech.post import agreed
+
         agreed(world, lambda: check(command, case))
         return 0
     return solve(command, case, world, interrupts)
@@ -76,6 +119,8 @@ def check(command: Command, case: Any) -> None:
     Raises:
         CellmechError: a case has no mesh, or the disk refuses what meshing needs.
     """
+    from mpi4py import MPI
+
     cases = {}
     for order in command.orders:
         for chosen in order.chosen:
@@ -94,6 +139,10 @@ def check(command: Command, case: Any) -> None:
 
 def solve(command: Command, case: Any, world: MPI.Intracomm, interrupts: Interrupts) -> int:
     """Solve what is not solved yet, write and print the tables; the exit status. Collective on world."""
+    from cellmech.agenda import draw_up
+    from cellmech.post import agreed
+    from cellmech.sweep import solve_jobs
+
     quiet, each = command.options.quiet, command.ranks_per_case
     agenda = agreed(world, lambda: draw_up(command, case.mesh_plan))
     if world.rank == 0:
@@ -146,6 +195,8 @@ def close(command: Command, agenda: Agenda, solved: Mapping[str, Record]) -> int
     Raises:
         CellmechError: the tables cannot be written.
     """
+    from cellmech.agenda import attach_errors, share_with_twin
+
     shared = {twin.label: share_with_twin(twin, job, solved[job.label]) for twin, job in agenda.twins}
     results, studies = {**agenda.known, **solved, **shared}, []
     for order, keys in zip(command.orders, agenda.keys, strict=True):
@@ -174,27 +225,27 @@ def close(command: Command, agenda: Agenda, solved: Mapping[str, Record]) -> int
 
 def main(arguments: Sequence[str] | None = None, load: Callable[[], Any] = load_case) -> int:
     """Entry point; the exit status, the same on every rank. Arguments as for `run`."""
+    surroundings.open_streams()
     bear_any_text()
-    world, status = MPI.COMM_WORLD, 1
-    shared_memory.release(world)
+    ranks, status = Ranks(), 1
     try:
         with Interrupts() as interrupts:
-            status = run(arguments, world, interrupts, load)
+            status = run(arguments, ranks, interrupts, load)
     except CellmechError as error:
         status = 2 if isinstance(error, InputError) else 1
-        if world.rank == 0:
+        if ranks.lead:
             say(f"cellmech: error: {error}", sys.stderr)
     except Interrupted as stop:
         status = 128 + stop.signum
-        if world.rank == 0:
+        if ranks.lead:
             say(f"cellmech: stopped by {stop}; what is finished is kept, and the same command goes on", sys.stderr)
-        if world.size > 1:
+        if ranks.several:
             sys.stdout.flush()
             os._exit(status)  # the other ranks may be waiting for this one: mpirun ends them
     except Exception:
-        if world.size > 1:
+        if ranks.world is not None and ranks.several:
             traceback.print_exc()
-            world.Abort(1)  # likewise
+            ranks.world.Abort(1)  # likewise
         raise
     return status
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-import unicodedata
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
 from cellmech.errors import InputError
+from cellmech.names import folded
 from cellmech.scene_keys import brief, is_known, unknown
 
 MOST_CASES = 100_000
@@ -146,7 +146,7 @@ def check_names(names: Iterable[str], where: str) -> None:
     for name in names:
         if fault := name_fault(name):
             raise InputError(where, "case", f"a case's name {fault}", brief(name), hint)
-        folder = unicodedata.normalize("NFC", name).casefold()
+        folder = folded(name)
         if folder in seen:
             rule = f"names of cases must differ by more than upper and lower case from {seen[folder]!r}"
             if name.casefold() != seen[folder].casefold():

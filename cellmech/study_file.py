@@ -5,12 +5,13 @@ from __future__ import annotations
 import copy
 import os
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from cellmech.accuracy import ALL_PARTS
 from cellmech.errors import InputError
+from cellmech.names import plain
 from cellmech.scene import Scene
 from cellmech.scene_file import read_scene
 from cellmech.scene_keys import brief, check_tables, put
@@ -66,7 +67,7 @@ def load_study(path: str | os.PathLike[str] | None, overrides: Sequence[str] = (
     """
     where = "Table 1" if path is None else os.fspath(path)
     data = {} if path is None else read_toml(where)
-    stem = "table1" if path is None else Path(where).stem
+    stem = "table1" if path is None else plain(Path(where).stem)
     if fault := name_fault(stem):
         rule = f"the file's name without its ending {fault}"
         raise InputError(where, "", rule, brief(stem), "The folder of its results is called after it.")
@@ -85,6 +86,7 @@ def load_study(path: str | os.PathLike[str] | None, overrides: Sequence[str] = (
     source = _Source(where, data, sets)
     cases = tuple(source.case(variant) for variant in variants or [Variant(stem, {})])
     check_names((case.name for case in cases), where)  # last: a bad value says more than the name made of it
+    cases = tuple(replace(case, name=plain(case.name)) for case in cases)
     return Study(cases[0].scene.title or stem, None if path is None else Path(where), stem, cases, accuracy)
 
 
@@ -113,7 +115,7 @@ def parse_overrides(texts: Iterable[str]) -> dict[str, Any]:
     """
     sets: dict[str, Any] = {}
     for text in texts:
-        key, equals, value = (part.strip() for part in text.partition("="))
+        key, equals, value = (part.strip() for part in plain(text).partition("="))
         if not equals or not key or not value:
             hint = "Such as --set load.factor=2 or --set cell.law=yeoh."
             raise InputError(OVERRIDE, "", "must be KEY=VALUE", brief(text), hint)

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from cellmech.errors import InputError, cut
+from cellmech.names import spelt
 
 MOST_BYTES = 1_000_000
 MOST_BITS = 1024  # of a whole number; a double's largest
@@ -25,10 +26,11 @@ def read_toml(where: str) -> dict[str, Any]:
         InputError: for a file that is missing, unreadable, too large, no UTF-8 or no TOML.
     """
     try:
-        if not stat.S_ISREG(os.stat(where).st_mode):
-            kind = "folder" if os.path.isdir(where) else "device or pipe"
+        path = spelt(where)
+        if not stat.S_ISREG(os.stat(path).st_mode):
+            kind = "folder" if os.path.isdir(path) else "device or pipe"
             raise InputError(where, "", f"must be a TOML file, and is a {kind}")
-        with open(where, "rb") as stream:
+        with open(path, "rb") as stream:
             raw = stream.read(MOST_BYTES + 1)
     except FileNotFoundError:
         hint = "The study files that come with the program are in studies/."

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from cellmech.errors import InputError
 from cellmech.figures.parameters import value_at
+from cellmech.names import spelt
 from cellmech.result import Result, load
 from cellmech.study_file import Study
 
@@ -81,18 +82,19 @@ def read_study(folder: Path, names: Iterable[str]) -> StudyResult:
     Raises:
         InputError: when none of them has a result, or a file is broken.
     """
-    names, where = tuple(names), str(folder)
+    names, where, folder = tuple(names), str(folder), Path(spelt(folder))
     if not folder.is_dir():
         hint = "Run the study first: make study, or python -m cellmech.study STUDY.toml --out DIR."
         raise InputError(where, "", "there is no such results folder", None, hint)
     cases, missing = {}, {}
     for name in names:
-        if not (folder / name).is_dir():
+        place = Path(spelt(folder / name))
+        if not place.is_dir():
             missing[name] = "not in this folder"
-        elif not (folder / name / "result.json").is_file():
+        elif not (place / "result.json").is_file():
             missing[name] = "not finished (no result.json)"
         else:
-            cases[name] = load(folder / name)
+            cases[name] = load(place)
     if not cases:
         rule = f"must hold a result of at least one of the cases {', '.join(names)}"
         found = sorted(path.parent.name for path in folder.glob("*/result.json"))

@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-import matplotlib
+from cellmech.surroundings import changed_environment
+
+try:
+    import matplotlib
+except ValueError:  # MPLBACKEND names what is no backend; figures are files and need none
+    for name in [name for name in sys.modules if name.startswith("matplotlib")]:
+        del sys.modules[name]  # half loaded
+    with changed_environment({"MPLBACKEND": None}):
+        import matplotlib
 from matplotlib.figure import Figure
 
 from cellmech.errors import InputError

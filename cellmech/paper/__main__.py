@@ -13,11 +13,13 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from cellmech.errors import CellmechError, InputError
+from cellmech.names import path_there
 from cellmech.paper.comparison import compare
 from cellmech.paper.ours import STUDIES
 from cellmech.paper.printed import PAPER_NUMBERS, read_paper
 from cellmech.progress import bear_any_text, say
 from cellmech.records import write_whole
+from cellmech.surroundings import open_streams
 
 MOST_FAULTS = 60  # that are named
 Command = Callable[[argparse.Namespace], list[str]]
@@ -26,8 +28,9 @@ Command = Callable[[argparse.Namespace], list[str]]
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command line; the exit status is returned."""
-    options = _parser().parse_args(arguments)
+    open_streams()
     bear_any_text()
+    options = _parser().parse_args(arguments)
     try:
         faults = options.run(options)
     except CellmechError as error:
@@ -47,10 +50,12 @@ def _parser() -> argparse.ArgumentParser:
     def add(name: str, run: Command, about: str, out: str = "DIR of --results/figures") -> argparse.ArgumentParser:
         command: argparse.ArgumentParser = commands.add_parser(name, help=about, description=about)
         results = "has a folder a study; default: %(default)s"
-        command.add_argument("--results", type=Path, default=Path("results"), metavar="DIR", help=results)
-        command.add_argument("--out", type=Path, metavar="DIR", help=f"where to write; default: {out}")
-        command.add_argument("--paper", type=Path, default=PAPER_NUMBERS, metavar="FILE", help="the printed numbers")
-        command.add_argument("--studies", type=Path, default=STUDIES, metavar="DIR", help="of the study files")
+        command.add_argument("--results", type=path_there, default=Path("results"), metavar="DIR", help=results)
+        command.add_argument("--out", type=path_there, metavar="DIR", help=f"where to write; default: {out}")
+        command.add_argument(
+            "--paper", type=path_there, default=PAPER_NUMBERS, metavar="FILE", help="the printed numbers"
+        )
+        command.add_argument("--studies", type=path_there, default=STUDIES, metavar="DIR", help="of the study files")
         command.set_defaults(run=run)
         return command
 
@@ -115,14 +120,12 @@ def _audit_pairs(options: argparse.Namespace) -> list[str]:
 def _calibrate(options: argparse.Namespace) -> list[str]:
     from functools import partial
 
-    from mpi4py import MPI
-
-    from cellmech import shared_memory
+    from cellmech import shared_memory, started
     from cellmech.paper import calibrated
     from cellmech.paper.calibration import end_state, fit_all
     from cellmech.study_file import load_study
 
-    world = MPI.COMM_WORLD
+    world = started.MPI.COMM_WORLD
     shared_memory.release(world)
     load_study(None, options.set)  # refuses a bad override on every rank alike
     solve, paper = partial(end_state, overrides=options.set), read_paper(options.paper)

@@ -49,8 +49,8 @@ def no_shared_memory_left():
 @pytest.fixture
 def held(folder, monkeypatch):
     """Until this file is there, a compilation of the interrupted sweep stays under way."""
-    compiler, gate = held_compiler(folder, caches="*/kill-sweep-*")
-    monkeypatch.setitem(programs.ENVIRONMENT, "CC", compiler)
+    path, gate = held_compiler(folder, caches="*/kill-sweep-*", path=str(ROOT))
+    monkeypatch.setitem(programs.ENVIRONMENT, "PYTHONPATH", path)
     yield gate
     gate.touch()
 

@@ -53,8 +53,8 @@ print(len({form().signature() for _ in range(60)}))
 @pytest.fixture
 def held(tmp_path, monkeypatch):
     """The compiler waits until this file is there: till then a compilation that has begun is under way."""
-    compiler, gate = held_compiler(tmp_path)
-    monkeypatch.setenv("CC", compiler)
+    path, gate = held_compiler(tmp_path, path=os.environ.get("PYTHONPATH", ""))
+    monkeypatch.setenv("PYTHONPATH", path)
     yield gate
     gate.touch()
 
