@@ -1,4 +1,4 @@
-"""The best script a competent FEniCSx user writes: a half cell on one pillar. What speed and sturdiness are measured by.
+"""The best script a competent FEniCSx user writes, a half cell on one pillar: what speed and sturdiness are measured by.
 
 BDF2 with fixed 200 s steps, each begun from the last two states extrapolated along the load; P2 on a mesh graded to the
 nucleus, its outline and the contact; a quadrature of degree 4; full Newton, MUMPS refactored at every iteration. It
@@ -154,7 +154,7 @@ def solve(size, scene=None):
     u, u_n, u_nn, w = fem.Function(V), fem.Function(V), fem.Function(V), ufl.TestFunction(V)
     load = fem.Constant(mesh, 0.0)
     F, C = ufl.Identity(2) + ufl.grad(u), right_cauchy_green(u)
-    C_dot = (1.5 * C - 2 * right_cauchy_green(u_n) + 0.5 * right_cauchy_green(u_nn)) / dt
+    C_dot = (1.5 * C - 2 * right_cauchy_green(u_n) + 0.5 * right_cauchy_green(u_nn)) / scene["dt"]
     S = (1 - c_f) * solid_stress(scene, C, lmbda, mu)[0] + c_f * fluid_stress(scene, C, C_dot)[0]
     x = ufl.SpatialCoordinate(mesh) + u
     xi, eta, e = x[0] / half_width, (x[1] + 10) / height, int(exponent)
