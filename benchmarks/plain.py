@@ -1,4 +1,4 @@
-"""The best script a competent FEniCSx user writes, a half cell on one pillar: what speed and sturdiness are measured by.
+"""The best script of a competent FEniCSx user, a half cell on one pillar: what speed and sturdiness are measured by.
 
 BDF2 with fixed 200 s steps, each begun from the last two states extrapolated along the load; P2 on a mesh graded to the
 nucleus, its outline and the contact; a quadrature of degree 4; full Newton, MUMPS refactored at every iteration. It
