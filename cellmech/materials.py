@@ -143,8 +143,8 @@ def _mixture(domain: Domain, names: tuple[str, ...], materials: Mapping[str, Mat
     members = {name: material.numbers() for name, material in materials.items()}
     keys = next(iter(members.values()))
     apart = len(members) > 1 and blend is None
-    space = cellwise_space(domain.mesh) if apart else None
-    dofs = np.array([space.dofmap.cell_dofs(cell)[0] for cell in domain.cell_tags.indices] if apart else [], np.int64)
+    space: Any = cellwise_space(domain.mesh) if apart else None
+    dofs = np.array([space.dofmap.cell_dofs(cell)[0] for cell in domain.cell_tags.indices if apart], np.int64)
     coefficients = {}
     for key in keys:
         values = {name: numbers[key] for name, numbers in members.items()}

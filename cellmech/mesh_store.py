@@ -1,7 +1,7 @@
 """Meshes kept beside the compiled equations: a disc that was meshed before needs no Gmsh, whose loading takes longer.
 
-What is kept are the answers of a Gmsh model to what `gmshio` asks, so that mesh and numbers are those of the model itself.
-A mesh is found by its specification, by the modules that make it and by the Gmsh that is installed.
+What is kept are the answers of a Gmsh model to what `gmshio` asks, so that mesh and numbers are those of the model
+itself. A mesh is found by its specification, by the modules that make it and by the Gmsh that is installed.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -35,28 +36,28 @@ class KeptModel:
         self._groups = [(int(dim), int(tag)) for dim, tag in arrays["groups"]]
         self._properties = {int(kind): (int(dim), int(nodes)) for kind, dim, nodes in arrays["properties"]}
 
-    def getPhysicalGroups(self, dim: int = -1) -> list[tuple[int, int]]:  # noqa: N802 - Gmsh's names
+    def getPhysicalGroups(self, dim: int = -1) -> list[tuple[int, int]]:
         """Dimension and number of the groups."""
         return [group for group in self._groups if dim in (-1, group[0])]
 
-    def getPhysicalName(self, dim: int, tag: int) -> str:  # noqa: N802
+    def getPhysicalName(self, dim: int, tag: int) -> str:
         """Name of a group."""
         return str(self._arrays["names"][self._groups.index((dim, tag))])
 
-    def getEntitiesForPhysicalGroup(self, dim: int, tag: int) -> np.ndarray:  # noqa: N802
+    def getEntitiesForPhysicalGroup(self, dim: int, tag: int) -> np.ndarray:
         """Numbers of a group's entities."""
         return self._arrays[f"entities {dim} {tag}"]
 
-    def getNodes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # noqa: N802
+    def getNodes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Numbers and coordinates of the nodes."""
         return self._arrays["nodes"].copy(), self._arrays["x"].copy(), np.zeros(0)
 
-    def getElements(self, dim: int, tag: int) -> tuple[Any, Any, Any]:  # noqa: N802
+    def getElements(self, dim: int, tag: int) -> tuple[Any, Any, Any]:
         """Kind, numbers and nodes of an entity's elements."""
         kind, numbers, nodes = (self._arrays[f"{part} {dim} {tag}"] for part in ("kind", "elements", "element nodes"))
         return kind, [numbers], [nodes]
 
-    def getElementProperties(self, kind: int) -> tuple[str, int, int, int, np.ndarray, int]:  # noqa: N802
+    def getElementProperties(self, kind: int) -> tuple[str, int, int, int, np.ndarray, int]:
         """Dimension and number of nodes of a kind of elements, in Gmsh's places."""
         dim, nodes = self._properties[int(kind)]
         return "", dim, 0, nodes, np.zeros(0), 0
@@ -130,10 +131,18 @@ def without_gmsh() -> Iterator[None]:
 def _place(spec: DiscSpec) -> Path:
     """The file of a disc's mesh."""
     found = hashlib.sha256(repr(spec).encode())
+    found.update(_makers())
+    return cache_directory() / "meshes" / f"{found.hexdigest()}.npz"
+
+
+@lru_cache
+def _makers() -> bytes:
+    """What stands for the modules that make a mesh, as they are at the first call, and for the Gmsh installed."""
+    found = hashlib.sha256()
     for name in MAKERS:
         found.update(Path(__file__).with_name(name).read_bytes())
     gmsh = importlib.util.find_spec("gmsh")
     if gmsh is not None and gmsh.origin:
         state = os.stat(gmsh.origin)
         found.update(f"{gmsh.origin} {state.st_size} {state.st_mtime_ns}".encode())
-    return cache_directory() / "meshes" / f"{found.hexdigest()}.npz"
+    return found.digest()

@@ -79,7 +79,8 @@ def test_oldest_meshes_are_dropped(tmp_path, monkeypatch):
 def test_kept_mesh_needs_no_gmsh():
     domain.build_domain(COARSE, MPI.COMM_SELF)
     code = (
-        "import sys; from mpi4py import MPI; from cellmech.domain import build_domain; from cellmech.disc import DiscSpec\n"
+        "import sys; from mpi4py import MPI\n"
+        "from cellmech.domain import build_domain; from cellmech.disc import DiscSpec\n"
         "build_domain(DiscSpec(size_um=6.0), MPI.COMM_SELF); assert 'gmsh' not in sys.modules\n"
         "build_domain(DiscSpec(size_um=6.5), MPI.COMM_SELF); assert hasattr(sys.modules['gmsh'], 'lib')\n"
     )
