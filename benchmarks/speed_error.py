@@ -73,11 +73,11 @@ class Contender:
 
 
 END = ("time.history=false",)
-CAREFUL = '{"degree": 4, "smoothing": 1e-4}'
+UNIFORM, FIRST = '{"graded": false}', '{"graded": false, "degree": null, "start": "last"}'
 NGSOLVE = (0.5, 0.25, 0.12) if importlib.util.find_spec("ngsolve") else ()
 CONTENDERS = (
     Contender("cellmech", "default"),
-    *(Contender("third order", f"{h} um", (f"mesh.size_um={h}",)) for h in (4.8, 3.4, 1.7, 1.2)),
+    *(Contender("third order", f"{h} um", (f"mesh.size_um={h}",)) for h in (4.8, 4.2, 3.4, 1.7, 1.2)),
     *(Contender("second order", f"{h} um", ("mesh.order=2", f"mesh.size_um={h}")) for h in (2.4, 1.2, 0.6)),
     *(Contender("first order", f"{h} um", ("mesh.order=1", f"mesh.size_um={h}")) for h in (0.6, 0.3)),
     *(Contender("steps", f"rtol {r:g}", (f"time.rtol={r:g}",)) for r in (1e-1, 1e-2, 1e-4)),
@@ -87,8 +87,9 @@ CONTENDERS = (
     Contender("tangent", "new at every iteration", before=FULL_NEWTON),
     Contender("ranks", "2 on one case", ranks=2),
     *(Contender("end state", f"{h} um", (*END, f"mesh.size_um={h}")) for h in (4.8, 2.4, 1.2)),
-    *(Contender("plain", f"{h} um", script=("plain.py", f"{h}", "{}")) for h in (0.95, 0.47, 0.33, 0.16)),
-    *(Contender("plain, careful", f"{h} um", script=("plain.py", f"{h}", CAREFUL)) for h in (0.95, 0.47, 0.2, 0.16)),
+    *(Contender("plain", f"{h} um", script=("plain.py", f"{h}", "{}")) for h in (0.5, 0.3, 0.25, 0.15)),
+    *(Contender("plain, uniform", f"{h} um", script=("plain.py", f"{h}", UNIFORM)) for h in (0.47, 0.19, 0.16)),
+    *(Contender("plain, as written first", f"{h} um", script=("plain.py", f"{h}", FIRST)) for h in (0.95, 0.47)),
     *(Contender("NGSolve", f"{h} um", script=("ngsolve_history.py", f"{h}")) for h in NGSOLVE),
 )
 

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 from dolfinx import fem
-from scipy.spatial import cKDTree
 
 from cellmech.records import CHECKPOINT, CaseFolder
 from cellmech.schedule import Memory
@@ -89,6 +88,8 @@ def _read(folder: CaseFolder) -> tuple[tuple[dict[str, np.ndarray], dict[str, An
 
 def _on_this_rank(arrays: dict[str, np.ndarray], space: fem.FunctionSpace) -> tuple[dict[str, np.ndarray], int]:
     """The vectors at this rank's nodes, ghosts included, flat; and how many nodes were not found."""
+    from scipy.spatial import cKDTree  # a tenth of the start of Python, for those who go on from a checkpoint only
+
     arrays = dict(arrays)
     nodes, here = arrays.pop("nodes"), space.tabulate_dof_coordinates()[:, :2]
     if len(nodes) != space.dofmap.index_map.size_global:

@@ -11,7 +11,7 @@ import numpy as np
 import ufl
 from mpi4py import MPI
 
-from cellmech import fenicsx
+from cellmech import fenicsx, mesh_store
 from cellmech.errors import CellmechError, MeshError
 from cellmech.geometry import DiscSpec, build_disc, interrupt_kept
 
@@ -78,8 +78,18 @@ def build_domain(spec: DiscSpec, comm: MPI.Comm) -> Domain:
         OSError: on every rank, if the disk refuses the folder for temporary files.
     """
     with ExitStack() as stack:
-        model = _from_root(comm, lambda: stack.enter_context(build_disc(spec)), send=False)
-        return from_gmsh(model, comm)
+
+        def model() -> Any:
+            if (known := mesh_store.kept(spec)) is not None:
+                stack.enter_context(mesh_store.without_gmsh())
+                return known
+            made = stack.enter_context(build_disc(spec))
+            mesh_store.keep(spec, made)
+            return made
+
+        if comm.rank > 0:
+            stack.enter_context(mesh_store.without_gmsh())
+        return from_gmsh(_from_root(comm, model, send=False), comm)
 
 
 def from_gmsh(model: Any, comm: MPI.Comm) -> Domain:

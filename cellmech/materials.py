@@ -143,12 +143,13 @@ def _mixture(domain: Domain, names: tuple[str, ...], materials: Mapping[str, Mat
     members = {name: material.numbers() for name, material in materials.items()}
     keys = next(iter(members.values()))
     apart = len(members) > 1 and blend is None
-    space = cellwise_space(domain.mesh) if apart else None
+    space: Any = cellwise_space(domain.mesh) if apart else None
+    dofs = np.array([space.dofmap.cell_dofs(cell)[0] for cell in domain.cell_tags.indices if apart], np.int64)
     coefficients = {}
     for key in keys:
         values = {name: numbers[key] for name, numbers in members.items()}
         if apart:
-            coefficients[key] = _piecewise(domain, space, values)
+            coefficients[key] = _piecewise(domain, space, dofs, values)
         elif len(set(values.values())) == 1:
             coefficients[key] = fem.Constant(domain.mesh, float(next(iter(values.values()))))
         else:
@@ -165,13 +166,10 @@ def _mixture(domain: Domain, names: tuple[str, ...], materials: Mapping[str, Mat
     )
 
 
-def _piecewise(domain: Domain, space: Any, values: Mapping[str, float]) -> fem.Function:
-    """A cell-wise constant function with the given value on each named group."""
-    function = fem.Function(space)
-    tags = domain.cell_tags
+def _piecewise(domain: Domain, space: Any, dofs: np.ndarray, values: Mapping[str, float]) -> fem.Function:
+    """A cell-wise constant function with the given value on each named group; `dofs` are those of the tagged cells."""
+    function, tags = fem.Function(space), domain.cell_tags
     for name, value in values.items():
-        cells = tags.indices[tags.values == domain.cells[name]]
-        dofs = np.array([function.function_space.dofmap.cell_dofs(c)[0] for c in cells], dtype=np.int64)
-        function.x.array[dofs] = value
+        function.x.array[dofs[tags.values == domain.cells[name]]] = value
     function.x.scatter_forward()
     return function

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from functools import lru_cache
 
 import numpy as np
@@ -15,7 +15,7 @@ from cellmech.domain import Domain
 GAUSS_POINTS = 8
 # Where an edge's nodes lie between its ends, by their number: Basix's Gauss-Lobatto points.
 INNER_NODES = {2: (), 3: (0.5,), 4: (0.5 - 0.05**0.5, 0.5 + 0.05**0.5)}
-BISECTIONS = 32  # of an eighth of an edge: 1e-11 µm
+ROUNDS, HALVINGS = 8, 4  # of an eighth of an edge, bisected so often in one round: in the end 1e-11 µm
 
 
 def depth(obstacle: Obstacle, x: np.ndarray) -> np.ndarray:
@@ -121,10 +121,8 @@ class Outline:
         total = float(np.sum(run[a & b]))
         edge, k = np.nonzero(a != b)
         nodes, start, left, right = x[edge], a[edge, k], s[k], s[k + 1]
-        for _ in range(BISECTIONS if len(edge) else 0):
-            middle = (left + right) / 2
-            same = (deepest(obstacles, _at(nodes, middle)) > threshold) == start
-            left, right = np.where(same, middle, left), np.where(same, right, middle)
+        for _ in range(ROUNDS if len(edge) else 0):
+            left, right = _bisected(left, right, lambda s: (deepest(obstacles, _at(nodes, s)) > threshold) == start)
         touching_end = np.where(start, s[k], s[k + 1])
         total += float(np.sum(np.abs(_at(nodes, left) - _at(nodes, touching_end))[:, 0]))
         return self.comm.allreduce(total)
@@ -142,9 +140,29 @@ def slope(x: np.ndarray, s: np.ndarray) -> np.ndarray:
     return np.einsum("sn,enc->esc", derivative, x)
 
 
+def _bisected(
+    left: np.ndarray, right: np.ndarray, same: Callable[[np.ndarray], np.ndarray]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Intervals halved `HALVINGS` times towards where `same` changes, which is asked once for all middles there may be.
+
+    Args:
+        left, right: ends, shape (n,).
+        same: whether the state at parameters of shape (m, n) is that at the left end.
+    """
+    parts = 2**HALVINGS
+    middles = left + (right - left) * (np.arange(1, parts) / parts)[:, None]
+    like_left, n = same(middles), np.arange(len(left))
+    first = np.zeros(len(left), dtype=int)
+    for level in range(1, HALVINGS + 1):
+        step = parts >> level
+        first += step * like_left[first + step - 1, n]
+    ends = np.vstack([left, middles, right])
+    return ends[first, n], ends[first + 1, n]
+
+
 def _at(x: np.ndarray, s: np.ndarray) -> np.ndarray:
-    """One point per edge, at its own parameter; shape (n_edges, 2)."""
-    return np.einsum("en,enc->ec", _shape(s, x.shape[1]), x)
+    """A point on each edge, at its own parameter; shape (..., n_edges, 2) for s of shape (..., n_edges)."""
+    return np.einsum("...en,enc->...ec", _shape(s, x.shape[1]), x)
 
 
 def _shape(s: np.ndarray, n_nodes: int) -> np.ndarray:

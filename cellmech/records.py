@@ -70,7 +70,9 @@ def _scalars(table: Mapping[str, Any], start: str) -> Iterator[tuple[str, Scalar
         key = f"{start}{name}"
         if key in TEXTS:
             continue  # null where there is nothing to name
-        if isinstance(value, Mapping):
+        if type(value) is float:  # most are: asking what else they might be takes long
+            yield key, value
+        elif isinstance(value, Mapping):
             yield from _scalars(value, f"{key}.")
         elif name.endswith("at_um"):
             x, y = (None, None) if value is None else value
@@ -99,6 +101,8 @@ def to_csv(rows: Sequence[Mapping[str, Any]], first: Sequence[str] = ()) -> str:
 
 
 def _cell(value: Any) -> str:
+    if type(value) is str:
+        return value
     if isinstance(value, float):
         return repr(float(value))  # NumPy's own repr names the type
     if isinstance(value, bool | list | dict):

@@ -226,7 +226,7 @@ def free_translations(body: Body) -> np.ndarray:
     held = np.zeros(2, dtype=bool)
     for bc in body.bcs:
         held[np.unique(bc.dof_indices()[0] % 2)] = True
-    return ~np.asarray(body.domain.mesh.comm.allreduce(held, op=MPI.LOR))
+    return np.asarray(body.domain.mesh.comm.allreduce(held.astype(int))) == 0  # MPI.LOR knows no arrays
 
 
 def stored_energy(body: Body, state: State) -> ufl.Form:

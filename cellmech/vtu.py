@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import struct
+import zlib
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from cellmech.observables import Observer, point_fields
 from cellmech.records import CaseFolder
 
+VTK_TRIANGLE, VTK_QUADRATIC_TRIANGLE = 5, 22
+VTK_TYPES = {"float64": "Float64", "int64": "Int64", "int32": "Int32", "uint8": "UInt8"}
 LAYER_CODES = {"nucleoplasm": 0, "lamina": 1, "cytosol": 2, "membrane": 3}
 
 
@@ -49,36 +52,41 @@ def _layers(observer: Observer, nodes: np.ndarray) -> np.ndarray:
 
 
 def _write_vtu(path: Path, data: dict[str, np.ndarray]) -> None:
-    from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
-    from vtkmodules.vtkCommonCore import vtkPoints
-    from vtkmodules.vtkCommonDataModel import VTK_QUADRATIC_TRIANGLE, VTK_TRIANGLE, vtkCellArray, vtkUnstructuredGrid
-    from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
+    """Write triangles as an unstructured grid; without VTK, whose loading takes ten times as long as the writing.
+
+    Source: VTK file formats, "XML" (docs.vtk.org): appended raw data, each array one block that zlib has compressed.
+    """
+    n_cells, n_nodes = data["position"].shape[:2]
+    blocks: list[bytes] = []
+
+    def array(name: str, values: np.ndarray) -> str:
+        """The element that announces an array, which is appended."""
+        offset = sum(map(len, blocks))
+        kind = VTK_TYPES[values.dtype.name]
+        raw = values.astype(values.dtype.newbyteorder("<")).tobytes()
+        packed = zlib.compress(raw, 1)  # more takes twice the time and saves 2 %
+        blocks.append(struct.pack("<4Q", 1, len(raw), 0, len(packed)) + packed)
+        parts = f' NumberOfComponents="{values.shape[1]}"' if values.ndim == 2 else ""
+        return f'<DataArray type="{kind}" Name="{name}"{parts} format="appended" offset="{offset}"/>'
 
     def three(vectors: np.ndarray) -> np.ndarray:
-        return np.ascontiguousarray(np.pad(vectors.reshape(-1, 2), ((0, 0), (0, 1))))
+        return np.pad(vectors.reshape(-1, 2), ((0, 0), (0, 1)))
 
-    n_cells, n_nodes = data["position"].shape[:2]
-    grid, points, cells = vtkUnstructuredGrid(), vtkPoints(), vtkCellArray()
-    points.SetData(numpy_to_vtk(three(data["position"]), deep=True))
-    grid.SetPoints(points)
-    offsets, nodes = np.arange(0, n_cells * n_nodes + 1, n_nodes), np.arange(n_cells * n_nodes)
-    cells.SetData(*(numpy_to_vtkIdTypeArray(ids.astype(np.int64), deep=True) for ids in (offsets, nodes)))
-    grid.SetCells(VTK_QUADRATIC_TRIANGLE if n_nodes == 6 else VTK_TRIANGLE, cells)
-    for key, values in data.items():
-        if key in ("position", "layer"):
-            continue
-        array = three(values) if values.ndim == 3 else np.ascontiguousarray(values.ravel())
-        _add(grid.GetPointData(), key, numpy_to_vtk(array, deep=True))
-    _add(grid.GetCellData(), "layer", numpy_to_vtk(data["layer"], deep=True))
-    writer = vtkXMLUnstructuredGridWriter()
-    writer.SetFileName(str(path))
-    writer.SetInputData(grid)
-    writer.SetCompressionLevel(1)  # more takes twice the time and saves 2 %
-    writer.EncodeAppendedDataOff()
-    if writer.Write() != 1:
-        raise OSError(f"VTK could not write {path}")
-
-
-def _add(attributes: Any, name: str, array: Any) -> None:
-    array.SetName(name)
-    attributes.AddArray(array)
+    fields = {name: values for name, values in data.items() if name not in ("position", "layer")}
+    kinds = np.full(n_cells, VTK_QUADRATIC_TRIANGLE if n_nodes == 6 else VTK_TRIANGLE, dtype=np.uint8)
+    sections = {
+        "PointData": [array(name, three(v) if v.ndim == 3 else v.ravel()) for name, v in fields.items()],
+        "CellData": [array("layer", data["layer"])],
+        "Points": [array("Points", three(data["position"]))],
+        "Cells": [
+            array("connectivity", np.arange(n_cells * n_nodes)),
+            array("offsets", np.arange(1, n_cells + 1) * n_nodes),
+            array("types", kinds),
+        ],
+    }
+    body = "".join(f"<{name}>{''.join(arrays)}</{name}>\n" for name, arrays in sections.items())
+    head = '<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" header_type="UInt64" '
+    head += f'compressor="vtkZLibDataCompressor"><UnstructuredGrid><Piece NumberOfPoints="{n_cells * n_nodes}" '
+    head += f'NumberOfCells="{n_cells}">\n{body}</Piece></UnstructuredGrid>\n<AppendedData encoding="raw">_'
+    tail = "</AppendedData></VTKFile>\n"
+    path.write_bytes(b"".join([b'<?xml version="1.0"?>\n', head.encode(), *blocks, tail.encode()]))

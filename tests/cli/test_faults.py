@@ -147,8 +147,8 @@ def test_disk_that_fills_up_fails_the_case_and_the_same_command_goes_on(small_di
 
 def test_temporary_folder_that_cannot_be_written_to_fails_the_case_and_the_same_command_goes_on(folder):
     Path("my.toml").write_text(COARSE)
-    code = "import sys, tempfile; tempfile.tempdir = 'gone'; from cellmech.study import main; "
-    code += "sys.exit(main(sys.argv[1:]))"
+    code = "import sys, tempfile; tempfile.tempdir = 'gone'; from cellmech import mesh_store; "
+    code += "mesh_store.kept = lambda spec: None; from cellmech.study import main; sys.exit(main(sys.argv[1:]))"
     outcome = program("my.toml", "--quiet", program=("-c", code))
     assert (outcome.status, len(outcome.err.splitlines())) == (1, 1)
     assert outcome.err.startswith("cellmech: my: failed: the disk refuses: No such file or directory (")
