@@ -125,22 +125,26 @@ class Region:
     bulk: np.ndarray
     scale: float = 1.0  # true area over the area that the points stand for
 
+    def __post_init__(self) -> None:
+        shape = self.samples.values.shape[1]
+        self._rows = np.unique(self.peak // shape)  # of the gradient
+        self._area = self.scale * self.samples.area.reshape(-1)[self.bulk]
+
     def local(self) -> np.ndarray:
         """This rank's numbers: `MAXIMA`, `PLACES`, `STEEPEST`, `LOWEST`, `AREA`, `INTEGRALS`."""
         row = np.zeros(INTEGRALS.stop)
         if not len(self.peak):
             row[MAXIMA], row[STEEPEST], row[LOWEST] = -np.inf, 0.0, np.inf
             return row
-        values, n_points = self.samples.values.reshape(-1, N + 1), self.samples.values.shape[1]
-        at = self.peak[np.argmax(values[self.peak, :N], axis=0)]
+        values = self.samples.values.reshape(-1, N + 1)
+        peak, bulk = values[self.peak], values[self.bulk]
+        at = self.peak[np.argmax(peak[:, :N], axis=0)]
         row[MAXIMA] = values[at, np.arange(N)]
         row[PLACES] = self.samples.position.reshape(-1, 2)[at].ravel()
-        steepness = np.linalg.norm(self.gradient.values[np.unique(self.peak // n_points)], axis=-1)
-        row[STEEPEST] = np.max(steepness)
-        row[LOWEST] = np.min(values[self.peak, N - 1 :], axis=0)
-        row[LOWEST.stop - 1] = min(row[LOWEST.stop - 1], np.min(values[self.bulk, DET_F], initial=np.inf))
-        area = self.scale * self.samples.area.reshape(-1)[self.bulk]
-        row[AREA], row[INTEGRALS] = np.sum(area), area @ values[self.bulk, :N]
+        row[STEEPEST] = np.max(np.linalg.norm(self.gradient.values[self._rows], axis=-1))
+        row[LOWEST] = np.min(peak[:, N - 1 :], axis=0)
+        row[LOWEST.stop - 1] = min(row[LOWEST.stop - 1], np.min(bulk[:, DET_F], initial=np.inf))
+        row[AREA], row[INTEGRALS] = np.sum(self._area), self._area @ bulk[:, :N]
         return row
 
 
