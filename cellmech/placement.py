@@ -30,7 +30,6 @@ STEEP = 1e-9  # sine of a slope on which a cell slides: what rounding of its pla
 LOOKS = 200  # at the substrate along a radius: each obstacle's level is as smooth there as the cell is round
 
 
-
 class Touch(NamedTuple):
     """A point of first touch [µm] on the substrate, and the outward unit normal of the substrate there."""
 
@@ -147,7 +146,7 @@ def rest_beside(scene: Scene) -> float | None:
 
 
 def slope_at(touch: tuple[Touch, ...]) -> float:
-    """Sine of the slope that a cell with these points of first touch slides down, > 0 to the right; 0 where it rests."""
+    """Sine of the slope that a cell touching so slides down, > 0 to the right; 0 where it rests."""
     tilts = [point.normal[0] for point in touch]
     return min(tilts, key=abs) if tilts and (min(tilts) > 0) == (max(tilts) > 0) else 0.0
 

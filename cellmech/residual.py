@@ -162,8 +162,9 @@ class State:
         return view
 
     def split(self) -> None:
-        """Bring part and offset to the displacement's present value. Collective."""
-        self.now.split(self.free)
+        """Bring parts and offsets to the displacements' present values. Collective."""
+        for displacement in (self.now, self.before, self.earlier):
+            displacement.split(self.free)
 
     def recentre(self) -> None:
         """Take the translation that has got into the part out of it. Collective."""

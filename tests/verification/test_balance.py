@@ -78,7 +78,9 @@ def test_small_load_strains_in_proportion():
 @pytest.mark.parametrize("young_Pa", [1e8, 3e9, 1e10])
 def test_stiff_bead_sinks_in_as_a_rigid_disc(young_Pa):
     """A parabola on a penalty of kappa: depth (3 W/(4 kappa sqrt(2 R)))^(2/3), the pillar's top being nearly flat."""
-    scene = scene_of(**all_layers(young_Pa=young_Pa, fluid_fraction=0.0), time={"history": False}, mesh={"size_um": 3.4})
+    scene = scene_of(
+        **all_layers(young_Pa=young_Pa, fluid_fraction=0.0), time={"history": False}, mesh={"size_um": 3.4}
+    )
     run = run_of(scene)
     steps = steps_of(run)
     depth = run.outline.max_depth(run.state.u, run.body.obstacles)
