@@ -160,8 +160,8 @@ def _slide(scene: Scene, farthest: float) -> float | None:
     sign = 1.0 if slope > 0 else -1.0
 
     def still_slides(way: float) -> bool:
-        first = _first(scene, x + sign * way)
-        return bool(first) and sign * slope_at(tuple(touch for _, touch in first)) > 0.0
+        highest = max(_touches(scene, x + sign * way), key=lambda found: found[0], default=None)
+        return highest is not None and sign * highest[1].normal[0] > 0.0
 
     step = scene.radius_um / LOOKS
     here = 0.0

@@ -1,5 +1,7 @@
 """The time loop's own numbers: how fast the body still moves, when it lands, what counts as a large error."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from problems import block, displacement_space, hold, solid, wet
@@ -95,6 +97,19 @@ def test_relative_error_is_of_the_largest_displacement_so_far():
     assert run.relative(error) == pytest.approx(1e-3, rel=1e-12)
     run.largest = [5.0, 0.0]
     assert run.relative(error) == pytest.approx(1e-4, rel=1e-12)
+
+
+def test_error_of_a_deformation_is_not_measured_by_the_way_of_a_fall():
+    """With inertia an error that deforms counts beside the deformation; one that translates beside the way."""
+    run = creeping()
+    run.body = replace(run.body, density=1e-9)
+    way = np.tile([0.0, -100.0], len(run.u) // 2)
+    run.u[:] = way
+    run.u[:2] += 0.3, 0.4
+    lump = np.zeros_like(run.u)
+    lump[:2] = 3e-3, 4e-3
+    assert run.relative(lump) == pytest.approx(1e-2, rel=1e-6)
+    assert run.relative(way / 100) == pytest.approx(1e-2, rel=0.01)
 
 
 class Scripted:

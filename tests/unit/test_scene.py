@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 
 from cellmech.errors import InputError
 from cellmech.fields import Number
-from cellmech.placement import Placement, overlaps, placement
+from cellmech.placement import Placement, overlaps, placement, rest_beside
 from cellmech.scene import LAYER_NAMES, Cell, Load, Pillar, Scene
 from cellmech.scene_file import read_scene, scene_hash, scene_to_toml
 
@@ -622,3 +622,39 @@ def test_hash_ignores_title_and_spelling_but_no_value():
     hashes = {scene_hash(scene_of(text)) for text in others}
     assert len(hashes | {base}) == len(others) + 1
     assert len(base) == 64
+
+
+TWINS = [{"x_um": -7.0, "half_width_um": 3.0}, {"x_um": 7.0, "half_width_um": 3.0}]
+
+
+def twins(left=(), right=(), **cell):
+    pillars = [{**TWINS[0], **dict(left)}, {**TWINS[1], **dict(right)}]
+    return read_scene({"cell": {"shape": "full", **cell}, "pillar": pillars}, "test")
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        twins(right={"height_um": 9.499}),
+        twins(right={"height_um": 9.4}),
+        twins(right={"x_um": 7.000001}),
+        twins(right={"exponent": 4.001}),
+        twins(centre_x_um=0.3),
+        twins(centre_x_um=-1e-7),
+    ],
+    ids=["nanometre", "tenth", "place", "exponent", "cell aside", "cell hardly aside"],
+)
+def test_cell_beside_a_second_pillar_starts_where_it_touches_both(scene):
+    start = placement(scene)
+    assert {touch.obstacle for touch in start.touch} == {0, 1}
+    assert start.touch[0].normal[0] * start.touch[1].normal[0] < 0
+    assert overlaps(scene, start) == ()
+    assert start.centre_x_um == scene.cell.centre_x_um + start.slide_um and abs(start.slide_um) < 1.0
+
+
+def test_cell_that_would_slide_far_or_falls_stays_where_it_was_put():
+    far = twins(centre_x_um=3.0)
+    assert placement(far).centre_x_um == 3.0 and placement(far).slide_um == 0.0
+    assert rest_beside(far) == pytest.approx(-3.0, abs=1e-7)
+    assert placement(twins(right={"height_um": 9.499}, inertia=True)).slide_um == 0.0
+    assert placement(twins()).slide_um == 0.0
