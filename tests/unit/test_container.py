@@ -9,7 +9,7 @@ import pytest
 from cli.programs import ENVIRONMENT
 from mpi4py import MPI
 
-from cellmech.forms import COMPILER_ARGUMENTS
+from cellmech.compiler import OPTIONS
 
 ROOT = Path(__file__).resolve().parents[2]
 OPEN_MPI = MPI.get_vendor()[1][0] if MPI.get_vendor()[0] == "Open MPI" else 0
@@ -33,7 +33,7 @@ def test_image_has_one_list_of_packages_with_the_set_up():
 
 def test_forms_are_compiled_for_any_processor():
     """They are part of the image, which is built on one machine and runs on another."""
-    flags = [*COMPILER_ARGUMENTS, *(sysconfig.get_config_var("CFLAGS") or "").split()]
+    flags = [*OPTIONS, *(sysconfig.get_config_var("CFLAGS") or "").split()]
     assert flags and not [flag for flag in flags if flag.startswith(("-march", "-mcpu", "-mtune=native"))]
 
 

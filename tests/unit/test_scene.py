@@ -467,7 +467,7 @@ def test_cell_over_nothing_is_refused_unless_it_has_no_weight_or_may_fall():
 
 def test_placement_of_table_1_just_touches_the_pillar():
     place = placement(Scene())
-    assert place == (0.0, 9.5, ((0.0, -0.5, 0, (0.0, 1.0)),))
+    assert place == (0.0, 9.5, ((0.0, -0.5, 0, (0.0, 1.0)),), 0.0)
 
 
 def test_placement_gap_lifts_the_cell_and_leaves_the_touch():
@@ -476,9 +476,9 @@ def test_placement_gap_lifts_the_cell_and_leaves_the_touch():
 
 
 def test_placement_on_the_flat_and_over_nothing():
-    assert placement(scene_of("pillar = []")) == (0.0, 0.0, ((0.0, -10.0, "flat", (0.0, 1.0)),))
+    assert placement(scene_of("pillar = []")) == (0.0, 0.0, ((0.0, -10.0, "flat", (0.0, 1.0)),), 0.0)
     nothing = scene_of("pillar = []\nflat = false\nload.factor = 0\ncell.gap_um = 1.5")
-    assert placement(nothing) == (0.0, 11.5, ())
+    assert placement(nothing) == (0.0, 11.5, (), 0.0)
 
 
 @pytest.mark.parametrize("offset", [0.0, 1e-9, 3.0, -7.5, 14.9, -19.999])
@@ -547,7 +547,9 @@ def test_placement_between_two_pillars_touches_both_and_a_half_cell_gives_one_si
 
 @pytest.mark.parametrize(("right", "touched"), [(6 + 1e-10, [0, 1]), (6.001, [0])])
 def test_placement_counts_touches_that_differ_by_rounding_only_as_one(right, touched):
-    place = placement(scene_of('cell.shape = "full"\n' + pillars_at(-6, right)))
+    place = placement(
+        scene_of('cell.shape = "full"\ncell.inertia = true\n' + pillars_at(-6, right))
+    )  # it does not slide
     assert [touch.obstacle for touch in place.touch] == touched
 
 
