@@ -67,6 +67,7 @@ class Layout:
         groups: names of the cell groups a region consists of, for the regions that are meshed apart.
         pillars: obstacles whose distance from the lamina is reported.
         lift_um: how far the cell was moved to first touch [µm].
+        slide_um: how far it was moved along x to where it rests [µm].
     """
 
     centre: tuple[float, float]
@@ -75,6 +76,7 @@ class Layout:
     groups: Mapping[str, tuple[str, ...]]
     pillars: tuple[Pillar, ...]
     lift_um: float = 0.0
+    slide_um: float = 0.0
 
     @property
     def copies(self) -> int:
@@ -240,6 +242,7 @@ class Observer:
             "max_pressure_Pa": None,
             "half_width_um": None,
             "lift_um": layout.lift_um,
+            "slide_um": layout.slide_um,
         }
         obstacles: tuple[Obstacle, ...] = (*run.body.obstacles, *run.out_of_reach)
         if run.body.contact is not None and obstacles:

@@ -272,7 +272,7 @@ class Setup:
         pieces = {name: tuple(n for n in apart if whole(n) == name) for name in INSIDE_OUT}
         groups |= {name: own for name, own in pieces.items() if own}
         pillars = tuple(o for o in self.obstacles.values() if isinstance(o, Pillar))
-        return Layout(self.centre, self.half, regions, groups, pillars, self.lift_um)
+        return Layout(self.centre, self.half, regions, groups, pillars, self.lift_um, self.place.slide_um)
 
     def schedule(self) -> Schedule:
         """Times to land on, and the tolerance."""
