@@ -32,15 +32,19 @@ def search_path() -> str:
     return os.pathsep.join((*SYSTEM, os.environ.get("PATH", "")))
 
 
-def options() -> list[str]:
-    """Its options. They are in the key of what is compiled, and so is a compiler that is not the system's."""
+def options(tables: str) -> list[str]:
+    """Its options. They are in the key of what is compiled, and so are a mark of tables and a compiler of another's.
+
+    Args:
+        tables: stands for numbers that become part of the code and depend on the machine.
+    """
     found = shutil.which(name(), path=search_path())
     if found is None or os.path.dirname(found) in SYSTEM:
-        return [*OPTIONS, "-DCOMPILER=system"]
+        return [*OPTIONS, f"-DTABLES=x{tables}", "-DCOMPILER=system"]
     path = Path(found).resolve()
     stat = path.stat()
     mark = hashlib.sha256(f"{path} {stat.st_size} {stat.st_mtime_ns}".encode()).hexdigest()[:16]
-    return [*OPTIONS, f"-DCOMPILER=x{mark}"]
+    return [*OPTIONS, f"-DTABLES=x{tables}", f"-DCOMPILER=x{mark}"]
 
 
 @contextmanager

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
 import itertools
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import lru_cache
 from typing import Any
 
 import cellmech.started  # noqa: F401 before all that it starts
@@ -73,6 +75,18 @@ def own_options() -> Iterator[None]:
     finally:
         for key, value in theirs.items():
             options.setValue(key, value)
+
+
+@lru_cache
+def tables_mark() -> str:
+    """A mark of the last digits of shape functions, which become part of compiled code.
+
+    Basix has them from linear algebra whose rounding depends on the processor and on the number of threads.
+    """
+    element = basix.create_element(basix.ElementFamily.P, basix.CellType.triangle, 3, basix.LagrangeVariant.gll_warped)
+    points, _ = basix.make_quadrature(basix.CellType.triangle, 9)
+    values = np.ascontiguousarray(element.tabulate(1, np.asarray(points)))
+    return hashlib.sha256(values.tobytes()).hexdigest()[:16]
 
 
 def model_to_mesh(model: Any, comm: MPI.Comm, gdim: int = 2) -> tuple[Any, Any, Any]:

@@ -61,7 +61,7 @@ def _compiling(comm: MPI.Comm) -> Iterator[dict[str, Any]]:
             if comm.rank == 0:
                 directory = cache_directory()
                 stack.enter_context(_alone(directory))
-                options = compiler.options()
+                options = compiler.options(fenicsx.tables_mark())
         except OSError as error:  # must not leave the other ranks waiting
             fault = str(error.strerror)
         if comm.size > 1:

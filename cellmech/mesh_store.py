@@ -23,7 +23,7 @@ import numpy as np
 from cellmech.disc import DiscSpec
 from cellmech.forms import cache_directory
 
-MAKERS = ("disc.py", "geo_script.py", "geometry.py", "mesh_store.py")
+MAKERS = ("disc.py", "disc_script.py", "geo_script.py", "geometry.py", "mesh_store.py")
 HASH_BYTES = 32  # SHA-256 of the rest, which is an .npz file
 MOST, MOST_NODES = 64, 100_000  # meshes that are kept, and nodes of one that is
 

@@ -194,8 +194,8 @@ def _describe_rest(setup: Setup, modelled: dict[str, str], left: dict[str, str])
     if setup.lift_um:
         modelled["first touch"] = f"moved down by {setup.lift_um:g} um: without inertia the fall needs no solving"
     if setup.place.slide_um:
-        way = setup.place.slide_um
-        modelled["place"] = f"moved by {way:.6g} um along x: there the cell, which touched on a slope, rests on both sides"
+        way = f"{setup.place.slide_um:.6g} um along x"
+        modelled["place"] = f"moved by {way}: there the cell, which touched on a slope, rests on both sides"
     if setup.half:
         modelled["symmetry"] = "half cell, u_x = 0 on the axis"
     elif not scene.cell.inertia:

@@ -11,6 +11,7 @@ from mpi4py import MPI
 
 from cellmech.contact import Obstacle
 from cellmech.energy import Ledger
+from cellmech.instants import CLOSEST
 from cellmech.modes import RigidModes
 from cellmech.outline import Outline
 from cellmech.residual import Body, State
@@ -138,8 +139,8 @@ class Run:
 
     def rate(self) -> float:
         """Largest nodal displacement rate over the last step [µm/s], 0 at constant load without memory."""
-        amplitude = self.body.amplitude
-        if not self.body.rate_dependent and amplitude(self.t - self.last_step_s) == amplitude(self.t):
+        amplitude, before = self.body.amplitude, self.t - CLOSEST * self.schedule.end_s
+        if not self.body.rate_dependent and amplitude(before) == amplitude(self.t):
             return 0.0
         return self._largest_node(self.u - self.state.u_n.x.array) / self.last_step_s
 

@@ -160,6 +160,17 @@ def test_compiler_and_its_options_are_not_the_environments(scene, right):
     assert numbers() == right
 
 
+def test_number_of_threads_leaves_compiled_equations_apart(scene):
+    """Tables of shape functions differ in their last digits, and become part of the code: each has its own."""
+    marks = "from cellmech.fenicsx import tables_mark; from cellmech.forms import _compiling; from mpi4py import MPI\n"
+    marks += "with _compiling(MPI.COMM_SELF) as found: print(tables_mark() in str(found['cffi_extra_compile_args']))"
+    assert call(sys.executable, "-c", marks, XDG_CACHE_HOME=str(scene / "cache")).stdout == "True\n"
+    tables = "from cellmech import fenicsx; print(fenicsx.tables_mark())"
+    kernels = [{}, {"OPENBLAS_CORETYPE": "Prescott"}, {"OPENBLAS_CORETYPE": "Prescott"}]
+    told = [call(sys.executable, "-c", tables, **kernel).stdout for kernel in kernels]
+    assert told[1] == told[2] and len(told[0]) == len(told[1]) == 17
+
+
 def test_missing_compiler_is_named_and_the_case_tried_again(scene):
     code = "import sys, sysconfig; sysconfig.get_config_vars()['CC'] = 'no-such-cc'\n"
     code += "from cellmech.study import main\nsys.exit(main())"
