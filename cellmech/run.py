@@ -233,8 +233,9 @@ class Run:
 
     def no_way_on(self, reason: str, amplitude: float, t: float | None = None) -> str:
         """The message of a failure, at the present time or t [s]."""
-        what = "the solver stops" if reason.startswith(ROUND_OFF) else "no equilibrium"
-        return f"{what} beyond t = {self.t if t is None else t:.6g} s, load amplitude {amplitude:.6g}: {reason}"
+        place = f"{self.t if t is None else t:.6g} s, load amplitude {amplitude:.6g}: {reason}"
+        drowned = reason.startswith(ROUND_OFF)
+        return f"the solver stops beyond t = {place}" if drowned else f"no equilibrium beyond t = {place}"
 
     def memory(self) -> Memory:
         """All that decides how the run goes on after the last accepted step."""
