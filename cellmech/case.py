@@ -102,6 +102,14 @@ def _solve(
     scalars: dict[str, Any] = {}
     series: list[tuple[float, str]] = []
     status, reason, settled = "solved", "", None
+    in_doubt: dict[str, str] = {}  # what a saved state's contact leaves in doubt, of the last such state
+
+    def look_at_contact(when: str = "") -> None:
+        assert run is not None
+        for key, text in doubts(run, setup.centre[0] if setup.half else None).items():
+            in_doubt[key] = when + text
+            folder.log(f"warning: {key}: {in_doubt[key]}")
+
     try:
         setup.refuse_without_equilibrium()
         run = setup.create_run(folder.log)
@@ -113,7 +121,7 @@ def _solve(
             memory, mine = found
             run.recall(memory)
             observer.peaks, series, earlier_s = mine["peaks"], mine["series"], mine["wall_s"]
-            watch.seen = tuple(mine["stability_seen"])
+            watch.seen, in_doubt = tuple(mine["stability_seen"]), mine["in_doubt"]
             scalars, settled = observer.observe(run.t) | additions.observe(observer), run.rate()
             folder.log(f"goes on from the checkpoint at t = {run.t:.6g} s, step {run.totals.steps}")
 
@@ -136,6 +144,7 @@ def _solve(
             report(Progress(case.name, step.t_s, scene.time.end_s, run.totals.steps, run.totals.newton_iterations))
             if step.t_s in scene.output.times_s and step.t_s < scene.time.end_s:
                 write_fields(folder, observer, step.t_s, series)
+                look_at_contact(f"at t = {step.t_s:.6g} s ")
             folder.agree()
             if run.modes is not None:
                 _refuse_sliding(scalars["contact"])
@@ -145,6 +154,7 @@ def _solve(
         def on_checkpoint(memory: Memory) -> None:
             wall_s = earlier_s + time.perf_counter() - started
             mine = {"peaks": observer.peaks, "series": series, "wall_s": wall_s, "stability_seen": watch.seen}
+            mine["in_doubt"] = in_doubt
             checkpoint.save(folder, setup.body.space, memory, mine)
 
         run.run(on_step, on_checkpoint)
@@ -154,12 +164,9 @@ def _solve(
         if str(stability) not in reason:  # else it is what stopped the case
             reason += _last_good_state(run, scalars, stability)
         folder.log(f"failed: {reason}")
-    in_doubt: dict[str, str] = {}
     if scalars and run is not None:
         write_fields(folder, observer, run.t, series)
-        in_doubt = doubts(run, setup.centre[0] if setup.half else None)
-        for key, text in in_doubt.items():
-            folder.log(f"warning: {key}: {text}")
+        look_at_contact()
     folder.agree()
     result = _provenance(case, setup, run, comm, in_doubt)
     result |= {

@@ -13,6 +13,7 @@ from cellmech.contact import Obstacle
 from cellmech.domain import Domain
 
 GAUSS_POINTS = 8
+CLOSER_LOOKS, ZOOMS = 4, 3  # edges whose depth is looked for more closely, each time at a quarter of the distance
 # Where an edge's nodes lie between its ends, by their number: Basix's Gauss-Lobatto points.
 INNER_NODES = {2: (), 3: (0.5,), 4: (0.5 - 0.05**0.5, 0.5 + 0.05**0.5)}
 ROUNDS, HALVINGS = 8, 4  # of an eighth of an edge, bisected so often in one round: in the end 1e-11 µm
@@ -99,10 +100,25 @@ class Outline:
         return self.comm.allreduce(length), self.comm.allreduce(area)
 
     def max_depth(self, u: fem.Function, obstacles: Iterable[Obstacle]) -> float:
-        """Largest depth of the outline in the obstacles [µm], at nodes and between them; -inf if empty. Collective."""
-        x = along(self.nodes(u), np.linspace(0.0, 1.0, 9))
-        mine = float(np.max(deepest(obstacles, x), initial=-np.inf))
-        return self.comm.allreduce(mine, op=MPI.MAX)
+        """Largest depth of the outline in the obstacles [µm], at nodes and between them; -inf if empty. Collective.
+
+        About the deepest sample of each edge that comes near to the deepest of all it is looked for more closely: a
+        contact may be narrower than the samples are apart.
+        """
+        obstacles, x, s = list(obstacles), self.nodes(u), np.linspace(0.0, 1.0, 9)
+        if not obstacles or not len(x):
+            return self.comm.allreduce(-np.inf, op=MPI.MAX)
+        sampled = deepest(obstacles, along(x, s))
+        at, largest = s[np.argmax(sampled, axis=1)], np.max(sampled, axis=1)
+        near = np.argsort(largest)[-CLOSER_LOOKS:]
+        nodes, at, step = x[near], at[near], s[1]
+        for _ in range(ZOOMS):
+            looked = np.clip(at[:, None] + step * np.linspace(-1.0, 1.0, 9), 0.0, 1.0)
+            places = np.stack([_at(nodes, column) for column in looked.T], axis=1)
+            deep = deepest(obstacles, places)
+            at, step = np.take_along_axis(looked, np.argmax(deep, axis=1)[:, None], axis=1)[:, 0], step / 4
+            largest[near] = np.maximum(largest[near], np.max(deep, axis=1))
+        return self.comm.allreduce(float(np.max(largest)), op=MPI.MAX)
 
     def contact_length_x(self, u: fem.Function, obstacles: Iterable[Obstacle], threshold: float) -> float:
         """Length along x of the part of the deformed outline deeper than the threshold [µm]. Collective.

@@ -7,13 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from cellmech.contact import Contact
-from cellmech.outline import along, deepest
+from cellmech.outline import along, deepest, depth, slope
 from cellmech.run import Run
 
 NEAR_AXIS = 1e-7  # µm
 SAMPLES = 16  # of an edge
 ENOUGH = 2.0  # edges; with one the depth is off by 2 %, with two by less than 0.5 % (docs/accuracy.md)
 COUNTS = 0.03  # of the whole force: a contact that bears less is not looked at
+BETWEEN = 40  # Gauss points of an edge that tell what the solver's own miss between them
+MISSED = 0.02  # share of the contact's force that they may miss unsaid
+MISSED_IN_VOLUME = 0.05  # the same where the force is spread over the overlap, which an outline knows to its depth only
 SOFT = 0.5  # of the contact's half-width: an obstacle that the cell sinks into further is not rigid
 
 
@@ -46,11 +49,11 @@ def stretches(run: Run, axis: float | None) -> list[Stretch]:
         return []
     outline, s = run.outline, np.linspace(0.0, 1.0, SAMPLES + 1)
     place = along(outline.nodes(run.state.u), s)
-    depth = deepest(obstacles, place) - contact.threshold_um
-    mine = np.flatnonzero(np.any(depth > 0.0, axis=1))
-    parts = run.comm.allgather((outline.reference[mine, :2], place[mine], depth[mine]))
-    ends, place, depth = (np.concatenate(column) for column in zip(*parts, strict=True))
-    found = [_stretch(contact, *piece) for piece in _pieces(ends, place, depth, axis)]
+    deep = deepest(obstacles, place) - contact.threshold_um
+    mine = np.flatnonzero(np.any(deep > 0.0, axis=1))
+    parts = run.comm.allgather((outline.reference[mine, :2], place[mine], deep[mine]))
+    ends, place, deep = (np.concatenate(column) for column in zip(*parts, strict=True))
+    found = [_stretch(contact, *piece) for piece in _pieces(ends, place, deep, axis)]
     total = sum(one.share for one in found)
     return [Stretch(one.edges, one.share / total, one.half_width_um, one.depth_um) for one in found if total > 0.0]
 
@@ -87,6 +90,33 @@ def _stretch(contact: Contact, x: np.ndarray, d: np.ndarray, on_axis: bool) -> S
     return Stretch(edges, force, width if on_axis else width / 2, float(d.max()))
 
 
+def missed(run: Run) -> float:
+    """Share of the contact's force that lies between the solver's quadrature points, or in them alone [-]. Collective.
+
+    The pressure is integrated anew over the deformed outline, finely: an obstacle's edge between two points pushes
+    nothing in the solver's eyes, and one just at a point pushes all along its share of the element.
+    """
+    contact = run.body.contact
+    if contact is None:
+        return 0.0
+    nodes, (s, weight) = run.outline.nodes(run.state.u), np.polynomial.legendre.leggauss(BETWEEN)
+    x, tangent = along(nodes, (s + 1) / 2), slope(nodes, (s + 1) / 2)
+    length, pressure_at = (
+        np.linalg.norm(tangent, axis=-1) * weight / 2,
+        np.vectorize(contact.pressure_at, otypes=[float]),
+    )
+    force = np.zeros(2)
+    for obstacle in run.body.obstacles:
+        d = depth(obstacle, x)
+        on = d > contact.threshold_um
+        gradient = np.stack(np.broadcast_arrays(*obstacle.gradient(x[on][:, 0], x[on][:, 1])), axis=-1)
+        normal = -gradient / np.linalg.norm(gradient, axis=-1, keepdims=True)
+        force += (pressure_at(d[on]) * length[on]) @ normal if on.any() else 0.0
+    fine, told = run.comm.allreduce(force), run.ledger.contact_force()
+    largest = max(float(np.linalg.norm(fine)), float(np.linalg.norm(told)))
+    return float(np.linalg.norm(fine - told)) / largest if largest else 0.0
+
+
 def doubts(run: Run, axis: float | None) -> dict[str, str]:
     """What about the contact's numbers is in doubt, for the warnings of a model; empty if nothing is. Collective."""
     found = {}
@@ -98,6 +128,14 @@ def doubts(run: Run, axis: float | None) -> dict[str, str]:
             f"the mesh is too coarse for {len(coarse)} of {len(bearing)} contacts: {worst.edges:.2g} element edges lie "
             f"between the largest pressure and the end of the contact, {worst.half_width_um:.3g} um in half-width, and "
             f"{ENOUGH:g} or more should; depth and strain may be off by more than 1 %; set mesh.size_um lower"
+        )
+    share = missed(run)
+    surface = run.body.contact is not None and run.body.contact.form == "surface"
+    if not coarse and share > (MISSED if surface else MISSED_IN_VOLUME):
+        found["contact mesh"] = (
+            f"the mesh is too coarse for the contact: {100 * share:.2g} % of its force lie between the points at which "
+            "it is integrated; depth and strain may be off by as much; set mesh.size_um lower, or "
+            "contact.quadrature_degree higher"
         )
     soft = [one for one in bearing if one.depth_um > SOFT * one.half_width_um]
     if soft:

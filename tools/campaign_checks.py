@@ -58,8 +58,8 @@ def judge(scene: Scene, folder: Path) -> list[Fault]:
         if not path.exists():
             continue  # `times_are_there` has said so
         state = State(scene, path)
-        last = result if t_s == result["t_s"] else None
-        faults += [Fault(f.check, f"t = {t_s:.6g} s: {f.text}") for f in state_is_right(scene, state, t_s, last, rows)]
+        found = state_is_right(scene, state, t_s, result, rows)
+        faults += [Fault(fault.check, f"t = {t_s:.6g} s: {fault.text}") for fault in found]
     return faults
 
 
@@ -163,7 +163,7 @@ def state_is_right(
     result: Mapping[str, Any] | None,
     rows: Sequence[Mapping[str, float]],
 ) -> Iterator[Fault]:
-    """One saved state; `result` is that of the last."""
+    """One saved state of a case."""
     if not state.finite():
         yield Fault("finite", "a field file holds NaN or infinity")
         return
@@ -188,7 +188,7 @@ def reports_fit(
     if row is None:
         yield Fault("times", "the field file's time is no row of history.csv")
         return
-    if result is not None:
+    if result is not None and t_s == result.get("t_s"):
         told = {key: result["contact"][key] for key in ("force_Pa_x_um", "max_depth_um")}
         if any(value != row[f"contact.{key}"] for key, value in told.items() if value is not None):
             yield Fault("reported", "result.json and the last row of history.csv differ")
