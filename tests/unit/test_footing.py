@@ -7,6 +7,7 @@ import pytest
 from mpi4py import MPI
 
 import cellmech
+from cellmech import resolution
 from cellmech.contact import Contact
 from cellmech.footing import Profile, feet, half_width
 from cellmech.layering import mesh_plan
@@ -14,6 +15,7 @@ from cellmech.model import describe_model
 from cellmech.outline import Outline
 from cellmech.placement import Arch
 from cellmech.progress import results_table
+from cellmech.resolution import doubts, missed
 from cellmech.scene_file import read_scene
 from cellmech.setup import Setup
 
@@ -122,3 +124,20 @@ def test_coarse_mesh_is_told_of_before_it_is_solved():
 def test_contact_too_narrow_for_any_mesh_is_told_of_before_it_is_solved():
     light = {"load": {"factor": 1e-12}, "contact": {"penalty_Pa_per_um": 1e9, "smoothing_um": 1e-9}}
     assert "are not made smaller than" in describe_model(setup_of(**light)).warnings["contact mesh"]
+
+
+def test_force_between_the_solvers_points_is_measured_and_told_of(monkeypatch):
+    """Two points an edge see little of a narrow contact; thirty see all of it, on the same mesh."""
+
+    def settled(degree):
+        contact = {"quadrature_degree": degree, "penalty_Pa_per_um": 5e5}
+        setup = setup_of(contact=contact, time={"history": False}, mesh={"size_um": 6.0}, load={"factor": 1e-3})
+        run = setup.create_run(lambda line: None)
+        run.run(lambda step: None)
+        return run
+
+    poor, good = settled(2), settled(30)
+    assert missed(good) < 1e-3 and missed(poor) > 0.1
+    monkeypatch.setattr(resolution, "stretches", lambda run, axis: [])  # edges enough
+    assert "% of its force lie between the points" in doubts(poor, 0.0)["contact mesh"]
+    assert "contact mesh" not in doubts(good, 0.0)
