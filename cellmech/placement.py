@@ -26,7 +26,7 @@ Obstacle = int | Literal["flat"]
 TIE = 1e-9
 # Share of the radius that a cell may slide to where it rests on both sides; farther away is another scene.
 FARTHEST_SLIDE = 0.1
-STEEP = 1e-9  # sine of a slope on which a cell slides: what rounding of its place may give is none
+STEEP = 1e-5  # sine of a slope on which a cell slides; on less it is held, with that share of its weight
 LOOKS = 200  # at the substrate along a radius: each obstacle's level is as smooth there as the cell is round
 
 

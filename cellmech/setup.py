@@ -8,6 +8,7 @@ from collections.abc import Callable
 from functools import lru_cache, partial
 from typing import Any
 
+import numpy as np
 import ufl
 from dolfinx import fem
 from mpi4py import MPI
@@ -39,7 +40,7 @@ M_S2 = 1e6  # m/s^2 in µm/s^2
 
 ZONE_OVER_HERTZ = 1.32  # on Table 1 the contact edge lies at 0.9 of Hertz's half-width, the membrane's peaks beyond it
 NEAR = 5e-4  # of the radius: an obstacle that near is modelled from the start
-SMALL_FALL_UM = 1e-3  # the same for a cell that falls
+SMALL_FALL = 1e-5  # of a fall: errors of its first moments, which it carries on, are relative to no less
 OVERLAP = 1e-6  # of the radius: so deep an obstacle may begin, for rounding
 NONE = Additions()
 _MESHES = MPI.Comm.Create_keyval()  # a number of a communicator would not do: MPI gives it to another one after `Free`
@@ -239,8 +240,9 @@ class Setup:
 
     @property
     def free_sideways(self) -> bool:
-        """Whether nothing tells left from right: a symmetric scene, or a flat alone in reach."""
-        return self.mirror_symmetric or all(isinstance(o, Flat) for o in self.body.obstacles)
+        """Whether nothing tells left from right: a symmetric scene, a flat alone in reach, a hardly sloping top."""
+        hardly = 0.0 < abs(slope_at(self.place.touch)) <= STEEP
+        return hardly or self.mirror_symmetric or all(isinstance(o, Flat) for o in self.body.obstacles)
 
     @property
     def falls(self) -> bool:
@@ -288,11 +290,20 @@ class Setup:
         more than this tells; the run looks after that.
         """
         if self.falls:
-            return SMALL_FALL_UM
+            return SMALL_FALL * self._fall_um()
         layers = map(self.scene.layer_of, LAYER_NAMES)
         soft = min(layer.young_Pa * max(1 - layer.fluid_fraction, 0.1) for layer in layers)
         load, radius = abs(self.force_density) * self.body.amplitude(self.scene.time.end_s), self.scene.radius_um
         return min(SMALL * load * radius**2 / soft, 1e-2 * radius)
+
+    def _fall_um(self) -> float:
+        """How far the cell falls by the end, or to first touch if that is less [µm]; > 0."""
+        scene, t = self.scene, np.linspace(0.0, self.scene.time.end_s, 201)
+        g = self.force_density / (scene.cell.density_kg_m3 * KG_M3)
+        speed = np.cumsum([self.body.amplitude(moment) for moment in t]) * t[1] * g
+        way = float(np.sum(speed) * t[1])
+        gap = scene.cell.gap_um if self.place.touch and scene.cell.gap_um > 0 else math.inf
+        return min(way, gap) or scene.radius_um
 
     def create_run(self, log: Callable[[str], None]) -> Run:
         """The run, its zero modes removed where the scene has any."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -194,8 +195,12 @@ class Solver:
         """The residual's 2-norm that rounding alone may leave at these unknowns [Pa µm]; measured. Collective.
 
         Every unknown is moved by some units of its last place, up or down, and the body as a whole by some of its
-        positions' last place, which contact and inertia feel. NaN where that turns the material inside out.
+        positions' last place, which contact and inertia feel. NaN where that turns the material inside out, and where
+        the iteration has run away: its rounding says nothing of a state near by.
         """
+        part = self.state.now.part.x.array
+        if self.comm.allreduce(float(np.abs(part).max(initial=0.0)), op=MPI.MAX) > self._extent:
+            return math.nan
         moved, before, after = x.duplicate(), self._b.duplicate(), self._b.duplicate()
         signs = np.random.default_rng(0).choice((-1.0, 1.0), x.getLocalSize())
         moved.setArray(x.getArray(readonly=True) * (1.0 + ROUNDING * signs))

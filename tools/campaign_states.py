@@ -17,6 +17,7 @@ from cellmech.result import read_grid
 from cellmech.samples import lattice, lattice_triangles
 from cellmech.scene import Scene
 
+DENSE = 513  # points of an edge at which its depth is looked for
 FINE = 40  # Gauss points of an edge that see what lies between the solver's
 DENSITY, GRAVITY = 1e-12, 1e6  # kg/m3 in Pa s2/µm2, m/s2 in µm/s2
 SAME = 1e-7  # of the radius: points that near are one
@@ -181,6 +182,8 @@ class State:
         """A pressure p(d) along the obstacle's normal, per deformed length."""
         x = self.outline()
         s, w = np.polynomial.legendre.leggauss(n_points)
+        if n_points == FINE:  # and points that weigh nothing, for a depth between them
+            s, w = np.concatenate([s, np.linspace(-1, 1, DENSE)]), np.concatenate([w, np.zeros(DENSE)])
         s, w, degree = (s + 1) / 2, w / 2, x.shape[1] - 1
         powers = np.arange(degree + 1)
         fit = np.linalg.inv(np.vander(np.linspace(0, 1, degree + 1), increasing=True))
