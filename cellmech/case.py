@@ -27,7 +27,7 @@ from cellmech.layering import MeshPlan, mesh_plan
 from cellmech.model import describe_model
 from cellmech.observables import Observer
 from cellmech.records import CaseFolder, flatten
-from cellmech.resolution import doubts
+from cellmech.resolution import MISSED, doubts, missed
 from cellmech.run import Run
 from cellmech.scene_file import scene_to_toml
 from cellmech.schedule import Memory, Step
@@ -135,6 +135,10 @@ def _solve(
                 folder.log(f"{_lost(step, found)}; the load is followed from the start, to where this happens")
                 watch.seen = AT_REST
                 return
+            if run.modes is not None and (fault := _sideways(run)):
+                if scalars:
+                    _take_back(run, step)
+                raise SolveError(fault)
             stability = found or stability
             scalars.clear()
             scalars.update(observer.observe(step.t_s) | additions.observe(observer))
@@ -146,8 +150,6 @@ def _solve(
                 write_fields(folder, observer, step.t_s, series)
                 look_at_contact(f"at t = {step.t_s:.6g} s ")
             folder.agree()
-            if run.modes is not None:
-                _refuse_sliding(scalars["contact"])
             if found is not None and found.lost:
                 raise SolveError(_lost(step, found))
 
@@ -207,12 +209,21 @@ def _last_good_state(run: Run | None, scalars: dict[str, Any], stability: Stabil
     return f"{text} {'ellipticity is lost' if stability.lost else 'the material is stable everywhere'}: {stability}"
 
 
-def _refuse_sliding(contact: dict[str, Any]) -> None:
-    """Stop where only the constraint on a rigid mode holds the cell: frictionless contact could not."""
-    if abs(contact["lateral_force_Pa_x_um"]) > SLIDING * abs(contact["weight_Pa_x_um"]):
-        raise SolveError(
-            f"slides: no equilibrium; the obstacles push sideways with {contact['lateral_force_Pa_x_um']:.3g} Pa um"
-        )
+def _sideways(run: Run) -> str:
+    """What is wrong where only the constraint on a rigid mode holds the cell, as no contact without friction could.
+
+    Empty where nothing is. Collective.
+    """
+    push, weight = run.ledger.contact_force()[0], run.ledger.load_resultant()[1] * run.ledger.amplitude
+    if abs(push) <= SLIDING * abs(weight):
+        return ""
+    sideways, unseen = f"the obstacles push sideways with {push:.3g} Pa um", missed(run)
+    if unseen <= MISSED:
+        return f"slides: no equilibrium; {sideways}"
+    return (
+        f"the mesh is too coarse to tell whether the cell slides: {sideways}, and {100 * unseen:.2g} % of their force "
+        "lie between the points at which it is integrated; set mesh.size_um lower"
+    )
 
 
 def _provenance(case: Case, setup: Setup, run: Run | None, comm: MPI.Comm, found: Mapping[str, str]) -> dict[str, Any]:

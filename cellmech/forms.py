@@ -14,6 +14,7 @@ import math
 import os
 import sys
 import time
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
@@ -118,12 +119,14 @@ def _take(lock: IO[str], place: Path) -> bool:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Keep the compiler's command lines, which setuptools logs, off the user's terminal."""
+    """Keep the compiler's command lines, which setuptools logs, and FFCx's advice off the user's terminal."""
     root = logging.getLogger()
     level, disabled = root.level, root.manager.disable
     logging.disable(logging.INFO)  # setuptools lowers the root logger's own level while it compiles
     try:
-        yield
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
     finally:
         logging.disable(disabled)
         root.setLevel(level)

@@ -57,7 +57,7 @@ class Run:
         self.totals, self.t, self.last_step_s = Totals(), 0.0, 0.0
         self.outline = Outline(body.domain, body.space, "outer")
         self.reach_um = self.comm.allreduce(float(np.ptp(body.domain.mesh.geometry.x, axis=0).max()), op=MPI.MAX)
-        self.largest = [0.0, 0.0]  # displacement so far, and its deforming part [µm]
+        self.largest: list[float] = []  # so far: displacement, its deforming part [µm], mean velocity [µm/s]
         self.ledger = Ledger(body, self.state)
         if touching and body.obstacles:
             self._touch(schedule.end_s if body.rate_dependent else 0.0)
@@ -144,26 +144,36 @@ class Run:
             return 0.0
         return self._largest_node(self.u - self.state.u_n.x.array) / self.last_step_s
 
-    def relative(self, error: np.ndarray) -> float:
+    def relative(self, error: np.ndarray, formula: tuple[float, float, float] | None = None) -> float:
         """Largest nodal length of an error [µm] over the largest displacement so far [-]. Collective.
 
-        With inertia also that of its deforming part over the largest such part: how far a body fell is no measure of
-        how accurately it is deformed.
+        With inertia also that of its deforming part over the largest such part, as how far a body fell is no measure of
+        how accurately it is deformed; and, given the step's formula [1/s], the mean velocity's over the largest such
+        velocity: what a step makes of it, an impact in it above all, is carried along.
         """
-        small = self.schedule.small_um
-        now, before = [self._largest_node(self.u)], self.largest
-        errors = [self._largest_node(error)]
+        small, size = self.schedule.small_um, self._largest_node
+        sizes = [(size(self.u), size(error), small)]
         if self.body.density is not None:
-            now.append(self._largest_node(self._deforming(self.u)))
-            errors.append(self._largest_node(self._deforming(error)))
-        self._largest_now = [max(pair) for pair in zip(now, before, strict=False)]
-        return max(e / max(largest, small) for e, largest in zip(errors, self._largest_now, strict=True))
+            sizes.append((size(self._deforming(self.u)), size(self._deforming(error)), small))
+        if self.body.density is not None and formula is not None:
+            states = self.state.u, self.state.u_n, self.state.u_nn
+            velocity = sum(a * u.x.array for a, u in zip(formula, states, strict=True))
+            rate = formula[0]
+            sizes.append((size(self._mean(velocity)), size(self._mean(rate * error)), rate * small))
+        largest = [*self.largest, *[0.0] * len(sizes)]
+        self._largest_now = [max(now, before) for (now, _, _), before in zip(sizes, largest, strict=False)]
+        pairs = zip(sizes, self._largest_now, strict=True)
+        return max(wrong / max(most, least) for (_, wrong, least), most in pairs)
+
+    def _mean(self, values: np.ndarray) -> np.ndarray:
+        """Mean of a nodal vector, shape (2,). Collective."""
+        index_map = self.body.space.dofmap.index_map
+        total = self.comm.allreduce(values.reshape(-1, 2)[: index_map.size_local].sum(axis=0))
+        return np.asarray(total / index_map.size_global)
 
     def _deforming(self, values: np.ndarray) -> np.ndarray:
         """A nodal vector less its mean. Collective."""
-        index_map, nodes = self.body.space.dofmap.index_map, values.reshape(-1, 2)
-        total = self.comm.allreduce(nodes[: index_map.size_local].sum(axis=0))
-        return (nodes - total / index_map.size_global).ravel()
+        return (values.reshape(-1, 2) - self._mean(values)).ravel()
 
     def _largest_node(self, values: np.ndarray) -> float:
         """Largest length of a nodal vector over all ranks."""

@@ -91,7 +91,10 @@ class TimeSteps:
                 run.log(f"t = {t:.6g} s, step {h:.3g} s: {outcome.reason}; step cut")
                 self.wish = self._shorter(0.0 if outcome.drowned else CUT * h, SMALLEST_STEP, reason)
                 continue
-            error = run.relative(bdf.error_factor(steps[:3]) * (run.u - guess))
+            # A step that was cut may have come to a contact that sets in, of which the polynomial through the earlier,
+            # longer steps knows nothing: its error is not the small part of the difference that is a smooth function's.
+            no_longer = [min(step, h) for step in steps[:3]]
+            error = run.relative(bdf.error_factor(no_longer) * (run.u - guess), a)
             if not self.controller.accepts(error):
                 run.totals.rejected_steps += 1
                 factor = min(self.controller.factor(error), 0.9)

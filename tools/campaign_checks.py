@@ -138,7 +138,7 @@ def energy_is_balanced(scene: Scene, rows: Sequence[Mapping[str, float]]) -> Ite
     if any(math.isnan(work) for work in works):
         return
     largest, missing = max(map(abs, works)), abs(rows[-1]["energy.balance_error"])
-    if missing > ENERGY * largest:
+    if missing > max(ENERGY, 5 * scene.time.rtol) * largest:
         yield Fault("energy", f"{missing:.3g} Pa um2 missing at the end, {missing / (largest or 1):.3g} of the work")
     parts = ("stored", "dissipated", "contact_work", "kinetic", "balance_error")
     last = rows[-1]

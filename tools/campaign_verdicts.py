@@ -121,6 +121,8 @@ def verdict(scene: Scene, reason: str) -> str:
         return CRASH
     if re.search(r"round-?off|rounding", reason):
         return NAMED if rounding(scene, min((*scene.output.times_s, end))) > WORTH else SUSPECT
+    if reason.startswith("the mesh is too coarse"):
+        return SUPPORTED  # measured beside the solver's own points
     if reason.startswith("slides"):
         return SUSPECT if stands(scene, end) else SUPPORTED
     if scene.cell.inertia:

@@ -1,10 +1,13 @@
 """However a case ends, nothing of it is left in memory."""
 
+import csv
 from contextlib import closing, nullcontext
 
+import numpy as np
 import pytest
 from mpi4py import MPI
 
+from cellmech import case as cases
 from cellmech.case import mesh_plan, solve_case
 from cellmech.interrupts import Interrupted
 from cellmech.records import CaseFolder
@@ -35,3 +38,46 @@ def test_solver_is_freed_however_its_case_ends(end, tmp_path, monkeypatch):
         solve_case(case, folder, MPI.COMM_SELF, mesh_plan(case.scene), report)
     (run,) = runs
     assert [held.handle for held in (run.solver._snes, run.solver._A, run.solver._x)] == [0, 0, 0]
+
+
+class Pushed:
+    """An object like another one but for the contact's force, which points aside."""
+
+    def __init__(self, ledger, push):
+        self.ledger, self.push = ledger, push
+
+    def __getattr__(self, name):
+        return getattr(self.ledger, name)
+
+    def contact_force(self):
+        return self.push * abs(self.ledger.load_resultant()[1]) * self.ledger.amplitude
+
+
+def test_cell_slides_only_beyond_what_an_unsymmetric_mesh_pushes(monkeypatch):
+    scene = read_scene({"mesh": {"size_um": 8.0}, "time": {"history": False}}, "test")
+    run = Setup(scene, MPI.COMM_SELF, mesh_plan(scene)).create_run(lambda line: None)
+    with closing(run):
+        run.run(lambda step: None)
+        real, unseen = run.ledger, [0.0]
+        monkeypatch.setattr(cases, "missed", lambda run: unseen[0])
+        run.ledger = Pushed(real, np.array([0.9e-3, 1.0]))
+        assert cases._sideways(run) == ""
+        run.ledger = Pushed(real, np.array([-1.1e-3, 1.0]))
+        assert cases._sideways(run).startswith("slides: no equilibrium; the obstacles push sideways with -")
+        unseen[0] = 0.98
+        assert "98 % of their force lie between the points" in cases._sideways(run)
+        assert cases._sideways(run).startswith("the mesh is too coarse to tell whether the cell slides")
+
+
+def test_state_that_only_the_constraint_holds_is_not_the_one_saved(tmp_path, monkeypatch):
+    """The verdict comes with the last state in balance, here the third."""
+    data = {"cell": {"shape": "full", "law": "saint-venant"}, "mesh": {"size_um": 8.0}}
+    case = Case("case", read_scene(data, "test"))
+    monkeypatch.setattr(cases, "_sideways", lambda run: "slides" if run.totals.steps > 3 else "")
+    with closing(CaseFolder(tmp_path, MPI.COMM_SELF)) as folder:
+        result = solve_case(case, folder, MPI.COMM_SELF, mesh_plan(case.scene), lambda progress: None)
+        folder.flush()
+    rows = list(csv.DictReader((tmp_path / "history.csv").read_text().splitlines()))
+    assert result["status"] == "failed" and result["reason"].startswith("slides; in the last state, which is saved")
+    assert len(rows) == result["steps"] == 3 and float(rows[-1]["t_s"]) == result["t_s"]
+    assert result["contact"]["force_Pa_x_um"] == float(rows[-1]["contact.force_Pa_x_um"])

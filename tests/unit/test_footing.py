@@ -141,3 +141,19 @@ def test_force_between_the_solvers_points_is_measured_and_told_of(monkeypatch):
     monkeypatch.setattr(resolution, "stretches", lambda run, axis: [])  # edges enough
     assert "% of its force lie between the points" in doubts(poor, 0.0)["contact mesh"]
     assert "contact mesh" not in doubts(good, 0.0)
+
+
+def test_force_of_the_volume_form_between_the_points_is_told_of(monkeypatch):
+    """A band much thinner than an element is felt at few of its points."""
+
+    def share(**contact):
+        contact = {"form": "volume", "volume_width_um": 0.02} | contact
+        setup = setup_of(contact=contact, time={"history": False}, mesh={"size_um": 6.0}, load={"factor": 0.01})
+        run = setup.create_run(lambda line: None)
+        run.run(lambda step: None)
+        return missed(run), doubts(run, 0.0)
+
+    monkeypatch.setattr(resolution, "stretches", lambda run, axis: [])  # edges enough
+    (poor, told), (good, untold) = share(), share(volume_width_um=0.5)
+    assert poor > 0.02 and "% of its force lie between the points" in told["contact mesh"]
+    assert good < 0.02 and "contact mesh" not in untold
