@@ -102,6 +102,8 @@ def _solve(
     scalars: dict[str, Any] = {}
     series: list[tuple[float, str]] = []
     status, reason, settled = "solved", "", None
+    goes_on = scene.stability == "warn"
+    beyond: dict[str, float] = {}  # since when ellipticity has been lost, in a case that goes on nevertheless
     in_doubt: dict[str, str] = {}  # what a saved state's contact leaves in doubt, of the last such state
 
     def look_at_contact(when: str = "") -> None:
@@ -121,18 +123,25 @@ def _solve(
             memory, mine = found
             run.recall(memory)
             observer.peaks, series, earlier_s = mine["peaks"], mine["series"], mine["wall_s"]
-            watch.seen, in_doubt = tuple(mine["stability_seen"]), mine["in_doubt"]
+            watch.seen, in_doubt, beyond = tuple(mine["stability_seen"]), mine["in_doubt"], mine["beyond"]
             scalars, settled = observer.observe(run.t) | additions.observe(observer), run.rate()
             folder.log(f"goes on from the checkpoint at t = {run.t:.6g} s, step {run.totals.steps}")
 
         def on_step(step: Step) -> None:
             nonlocal settled, stability
-            found = watch.look_if_due() if step.t_s < scene.time.end_s else watch.look()
-            if found is not None and found.lost and scalars:
+            at_end = step.t_s >= scene.time.end_s
+            found = watch.look() if at_end else None if beyond else watch.look_if_due()
+            verdict = _lost(step, found) if found is not None and found.lost else ""
+            if verdict and goes_on:
+                if not beyond:
+                    beyond.update(since_s=step.t_s, load_amplitude=step.amplitude)
+                    in_doubt["ellipticity"] = f'{verdict}; this state is beyond, as stability = "warn" asks for'
+                    folder.log(f"warning: ellipticity: {in_doubt['ellipticity']}")
+            elif verdict and scalars:
                 _take_back(run, step)
-                raise SolveError(_lost(step, found))
-            if found is not None and found.lost and run.retrace():
-                folder.log(f"{_lost(step, found)}; the load is followed from the start, to where this happens")
+                raise SolveError(verdict)
+            elif verdict and run.retrace():
+                folder.log(f"{verdict}; the load is followed from the start, to where this happens")
                 watch.seen = AT_REST
                 return
             if run.modes is not None and (fault := _sideways(run)):
@@ -144,19 +153,20 @@ def _solve(
             scalars.update(observer.observe(step.t_s) | additions.observe(observer))
             settled = run.rate()
             numbers = {"t_s": step.t_s, "dt_s": step.dt_s, "newton": step.newton, "error_estimate": step.error_estimate}
+            numbers |= {"beyond_ellipticity": int(bool(beyond))} if goes_on else {}
             folder.add_row({**numbers, "settled": settled, **flatten(scalars)})
             report(Progress(case.name, step.t_s, scene.time.end_s, run.totals.steps, run.totals.newton_iterations))
             if step.t_s in scene.output.times_s and step.t_s < scene.time.end_s:
-                write_fields(folder, observer, step.t_s, series)
+                write_fields(folder, observer, step.t_s, series, bool(beyond))
                 look_at_contact(f"at t = {step.t_s:.6g} s ")
             folder.agree()
-            if found is not None and found.lost:
-                raise SolveError(_lost(step, found))
+            if verdict and not beyond:
+                raise SolveError(verdict)
 
         def on_checkpoint(memory: Memory) -> None:
             wall_s = earlier_s + time.perf_counter() - started
             mine = {"peaks": observer.peaks, "series": series, "wall_s": wall_s, "stability_seen": watch.seen}
-            mine["in_doubt"] = in_doubt
+            mine |= {"in_doubt": in_doubt, "beyond": beyond}
             checkpoint.save(folder, setup.body.space, memory, mine)
 
         run.run(on_step, on_checkpoint)
@@ -167,7 +177,7 @@ def _solve(
             reason += _last_good_state(run, scalars, stability)
         folder.log(f"failed: {reason}")
     if scalars and run is not None:
-        write_fields(folder, observer, run.t, series)
+        write_fields(folder, observer, run.t, series, bool(beyond))
         look_at_contact()
     folder.agree()
     result = _provenance(case, setup, run, comm, in_doubt)
@@ -178,6 +188,8 @@ def _solve(
         "stability": None if stability is None else stability.as_dict(),
         "wall_s": earlier_s + time.perf_counter() - started,
     }
+    if goes_on:
+        result["beyond_ellipticity"] = {"since_s": None, "load_amplitude": None} | beyond
     folder.log(f"{status} in {result['wall_s']:.2f} s")
     return result | scalars
 

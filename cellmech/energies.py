@@ -97,6 +97,29 @@ LAWS: dict[str, Law] = {
 }
 
 
+@volumetric(LN_J)
+def mooney_rivlin_in_plane(C: Invariants, *, lmbda, mu, beta):
+    """The same with the in-plane tr C in the stress of eq. 19 [Pa], whose stress at rest is -2 beta I.
+
+    There tr C I - C = det C C^-1, so that I3 stands for I2 = I1 - 1 + I3.
+    """
+    alpha = mu / 2 - beta
+    change = C.I3_gap - 3 * ((1 + C.I3_gap) ** (2 / 3) - 1)
+    return alpha * C.I1_less_root + beta * change + (lmbda + 2 * mu / 3) / 2 * C.ln_J**2
+
+
+@volumetric(LN_J)
+def yeoh_in_plane(C: Invariants, *, lmbda, mu, beta, i1_rest):
+    """Likewise, and with the in-plane tr C = I1 - 1 in eq. 20 [Pa], 2 at rest; i1_rest = 0 is eq. 20 as printed."""
+    alpha = mu / 2 - beta
+    i1 = C.I1_gap + (2 - i1_rest)
+    return mooney_rivlin_in_plane(C, lmbda=lmbda, mu=mu, beta=beta) - 0.5 * alpha / 2 * i1**2 + 0.1 * alpha / 3 * i1**3
+
+
+IN_PLANE: dict[str, Law] = LAWS | {"mooney-rivlin": mooney_rivlin_in_plane, "yeoh": yeoh_in_plane}
+"""What the laws become with the in-plane trace of C."""
+
+
 def energy_and_stress(law: Law, E, /, **constants):
     """W [Pa] and S = dW/dE [Pa], the second Piola-Kirchhoff stress of the solid phase.
 

@@ -95,8 +95,7 @@ def follow(spec: DiscSpec, scene: Scene, load: float, pressure: Callable[[float]
 
 def modulus_of(scene: Scene) -> float:
     """E/(1 - nu^2) of the cytosol's solid [Pa], which decides how far the cell spreads on an obstacle."""
-    cytosol = scene.layer.cytosol
-    solid = max(1.0 - cytosol.fluid_fraction, 1e-3) * cytosol.young_Pa
+    solid = max(scene.layer_solid("cytosol"), 1e-3) * scene.layer_young_Pa("cytosol")
     return solid / (1.0 - scene.layer_poisson("cytosol") ** 2)
 
 

@@ -9,7 +9,6 @@ from cellmech.scene import LAYER_NAMES, LayerName, Scene
 
 INSIDE_OUT: tuple[LayerName, ...] = tuple(reversed(LAYER_NAMES))
 MERGED: dict[tuple[LayerName, ...], str] = {("nucleoplasm", "lamina"): "nucleus", ("cytosol", "membrane"): "cytoplasm"}
-FADE = 4  # most rings in which a layer's share falls from 1 to a half
 THINNEST = 5e-3  # of the radius: their least width
 
 
@@ -47,8 +46,10 @@ def _with_fades(scene: Scene, interfaces: list[tuple[str, float]]) -> list[tuple
     The innermost pieces of a group are named after it with a number, the outermost keeps its name.
     """
     smear, radii = scene.cell.smear_um or 0.0, [radius for _, radius in interfaces]
-    rings = min(int(smear / (THINNEST * scene.radius_um) + 1e-9), FADE)
-    step = smear / max(rings, 1)
+    rings = min(int(smear / (THINNEST * scene.radius_um) + 1e-9), scene.mesh.fade_rings)
+    if rings == 0:
+        return interfaces
+    step = smear / rings
     fades = [scene.outer_radius_um(name) + k * step for name in INSIDE_OUT[:-1] for k in range(-rings, rings + 1)]
     for radius in sorted(r for r in fades if 0 < r < scene.radius_um):
         if min(abs(radius - other) for other in radii) > step / 2:

@@ -28,6 +28,7 @@ class Material:
             material's stability is measured by it.
         fluid_fraction: c_f [-]; the solid's is 1 - c_f (eqs 10-13).
         fluid_lambda, fluid_mu: volumetric and shear viscosity [Pa s].
+        solid_exponent: the solid's stress is multiplied by (1 - c_f) to this power [-]; eq. 6 has 1.
         mixed: whether the volumetric part is carried by a pressure of its own (`cellmech.mixed`).
     """
 
@@ -37,6 +38,7 @@ class Material:
     fluid_lambda: float = 0.0
     fluid_mu: float = 0.0
     mixed: bool = False
+    solid_exponent: float = 1.0
 
     def __post_init__(self) -> None:
         rules = {
@@ -45,6 +47,7 @@ class Material:
             "fluid_fraction": (0 <= self.fluid_fraction <= 1, "must be from 0 to 1"),
             "fluid_lambda": (self.fluid_lambda >= 0, "must be 0 or more [Pa s]"),
             "fluid_mu": (self.fluid_mu >= 0, "must be 0 or more [Pa s]"),
+            "solid_exponent": (self.solid_exponent > 0, "must be more than 0"),
         }
         for key, (kept, rule) in rules.items():
             if not kept:
@@ -59,7 +62,7 @@ class Material:
         """Every constant that may vary from group to group, mixture fractions applied to the viscosities."""
         return {
             **self.constants,
-            "solid_fraction": 1.0 - self.fluid_fraction,
+            "solid_fraction": (1.0 - self.fluid_fraction) ** self.solid_exponent,
             "viscosity_lambda": self.fluid_fraction * self.fluid_lambda,
             "viscosity_mu": self.fluid_fraction * self.fluid_mu,
         }

@@ -52,6 +52,11 @@ class Result:
             return ""
         return str(self.result.get("reason") or "no reason given")
 
+    @property
+    def beyond_ellipticity(self) -> bool:
+        """Whether its last state is beyond the loss of ellipticity, as its scene allows: it depends on the mesh."""
+        return ((self.result.get("beyond_ellipticity") or {}).get("since_s")) is not None
+
     def number(self, key: str) -> float:
         """A number of result.json by its dotted key; NaN where it is null, or not there as the case failed.
 

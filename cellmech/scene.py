@@ -6,11 +6,11 @@ Units are the file's (µm, Pa, s, kg/m3), as the names say; nothing is converted
 from __future__ import annotations
 
 import math
-from typing import Annotated, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from cellmech.fields import Line, Whole, broken
+from cellmech.fields import Choice, Line, Whole, broken
 from cellmech.moduli import lame
 from cellmech.scene_parts import (
     LAYER_NAMES,
@@ -82,6 +82,8 @@ class Scene(Table):
     time: Time = Time()
     mesh: Mesh = Mesh()
     output: Output = Output()
+    stability: Annotated[Literal["stop", "warn"], Choice()] = "stop"
+    """Where ellipticity is lost: stop there, or go on with states that depend on the mesh and are marked as such."""
 
     @model_validator(mode="after")
     def _order_that_serves(self) -> Self:
@@ -124,6 +126,19 @@ class Scene(Table):
         """Poisson's ratio of that layer, the cell's where it has none of its own [-]."""
         own = self.layer_of(name).poisson
         return self.cell.poisson if own is None else own
+
+    def layer_young_Pa(self, name: LayerName) -> float:
+        """Young's modulus of that layer's solid, with the cell's factor [Pa]."""
+        return self.layer_of(name).young_Pa * self.cell.young_factor
+
+    def lame(self, name: LayerName) -> tuple[float, float]:
+        """Lambda and mu of that layer's solid [Pa]."""
+        printed = self.cell.lame_lambda == "printed"
+        return lame(self.layer_young_Pa(name), self.layer_poisson(name), printed=printed)
+
+    def layer_solid(self, name: LayerName) -> float:
+        """What that layer's solid stress is multiplied by, c_s to the cell's power [-]."""
+        return float((1.0 - self.layer_of(name).fluid_fraction) ** self.cell.solid_exponent)
 
     def nearly_incompressible(self) -> tuple[LayerName, ...]:
         """Layers in which a displacement alone may lock, from the outermost in."""
@@ -172,8 +187,8 @@ class Scene(Table):
         times = [0.0]
         for name in LAYER_NAMES:
             layer = self.layer_of(name)
-            lmbda, mu = lame(layer.young_Pa, self.layer_poisson(name), printed=self.cell.lame_lambda == "printed")
-            solid, bulk, shear = 1.0 - layer.fluid_fraction, self.cell.fluid_lambda_Pa_s, self.cell.fluid_mu_Pa_s
+            lmbda, mu = self.lame(name)
+            solid, bulk, shear = self.layer_solid(name), self.cell.fluid_lambda_Pa_s, self.cell.fluid_mu_Pa_s
             for viscosity, modulus in ((bulk + 2 * shear, lmbda + 2 * mu), (shear, mu)):
                 if layer.fluid_fraction * viscosity > 0:
                     times.append(layer.fluid_fraction * viscosity / (solid * modulus) if solid else math.inf)

@@ -61,6 +61,12 @@ class Cell(Table):
     """Yeoh: count I1 from rest, so that there is no stress, or from 0 as eq. 20 prints."""
     lame_lambda: Annotated[Literal["standard", "printed"], Choice()] = "standard"
     """λ from Young's modulus in the usual way, or as eq. 17 prints it, 1 + ν times as large."""
+    trace: Annotated[Literal["3d", "in-plane"], Choice()] = "3d"
+    """Mooney-Rivlin and Yeoh: tr C of eqs 19 and 20 is that of the body, or of its plane, which is stressed at rest."""
+    young_factor: Annotated[float, Number("(no unit)", above=0, most=1e6)] = 1.0
+    """Every layer's Young's modulus is multiplied by it."""
+    solid_exponent: Annotated[float, Number("(no unit)", least=0.1, most=10)] = 1.0
+    """The solid's stress is multiplied by c_s to this power: 1 as in eq. 6, 2 where the share is taken twice."""
     fluid_lambda_Pa_s: Viscosity = 1000.0
     """Volumetric viscosity of the fluid."""
     fluid_mu_Pa_s: Viscosity = 5e-3
@@ -205,6 +211,8 @@ class Mesh(Table):
     """Size at the contact; if left out, chosen by the program, which follows narrow contacts."""
     thin_layers: Annotated[int, Whole(1, MOST_ACROSS)] = 1
     """Elements across membrane and lamina; 2 for second and first order."""
+    fade_rings: Annotated[int, Whole(0, 8)] = 4
+    """Smeared layers: rings of elements in half a fade; with 0 the mesh knows nothing of fades, as the paper's."""
     order: Annotated[int, Whole(1, 3)] = 3
     """Of the displacement's polynomials; 2 where a layer is nearly incompressible or all fluid."""
     quadrature_degree: Annotated[int, Whole(1, 20)] = 4

@@ -18,14 +18,13 @@ from cellmech.additions import Additions
 from cellmech.contact import Contact, Flat, Obstacle, Pillar, smooth_step
 from cellmech.disc import DiscSpec
 from cellmech.domain import Domain, build_domain, whole
-from cellmech.energies import LAWS
+from cellmech.energies import IN_PLANE, LAWS
 from cellmech.errors import InputError, SolveError
 from cellmech.footing import follow, modulus_of
 from cellmech.forms import displacement_space, pressure_space
 from cellmech.layering import INSIDE_OUT, MERGED, MeshPlan
 from cellmech.materials import Material, mixtures
 from cellmech.modes import rigid_modes
-from cellmech.moduli import lame
 from cellmech.observables import Layout, Ring
 from cellmech.outline import Outline
 from cellmech.placement import STEEP, Placement, placement, rest_beside, slope_at, standing
@@ -58,14 +57,17 @@ def _domain(spec: DiscSpec, comm: MPI.Comm) -> Domain:
 def material(scene: Scene, name: LayerName) -> Material:
     """A layer's material (eqs 6-13, 17-20)."""
     layer, cell, law = scene.layer_of(name), scene.cell, scene.layer_law(name)
-    lmbda, mu = lame(layer.young_Pa, scene.layer_poisson(name), printed=cell.lame_lambda == "printed")
+    in_plane = cell.trace == "in-plane"
+    laws = IN_PLANE if in_plane else LAWS
+    lmbda, mu = scene.lame(name)
     constants = {"lmbda": lmbda, "mu": mu}
     if law in ("mooney-rivlin", "yeoh"):
         constants["beta"] = cell.beta_over_mu * mu
     if law == "yeoh":
-        constants["i1_rest"] = 0.0 if cell.yeoh_reference == "printed" else 3.0
+        constants["i1_rest"] = 0.0 if cell.yeoh_reference == "printed" else 2.0 if in_plane else 3.0
     viscosities = (cell.fluid_lambda_Pa_s, cell.fluid_mu_Pa_s) if scene.time.history else (0.0, 0.0)
-    return Material(LAWS[law], constants, layer.fluid_fraction, *viscosities, mixed=name in mixed_layers(scene))
+    mixed, power = name in mixed_layers(scene), cell.solid_exponent
+    return Material(laws[law], constants, layer.fluid_fraction, *viscosities, mixed=mixed, solid_exponent=power)
 
 
 def mixed_layers(scene: Scene) -> frozenset[LayerName]:
@@ -181,7 +183,7 @@ class Setup:
     @property
     def force_scale(self) -> float:
         """What residuals are measured by [Pa µm]: the weight modelled, or a stiffness if there is none."""
-        soft = min(self.scene.layer_of(name).young_Pa for name in LAYER_NAMES)
+        soft = min(map(self.scene.layer_young_Pa, LAYER_NAMES))
         return abs(self.weight) / (2 if self.half else 1) or 1e-3 * soft
 
     def _body(self) -> tuple[Body, list[Obstacle]]:
@@ -291,8 +293,8 @@ class Setup:
         """
         if self.falls:
             return SMALL_FALL * self._fall_um()
-        layers = map(self.scene.layer_of, LAYER_NAMES)
-        soft = min(layer.young_Pa * max(1 - layer.fluid_fraction, 0.1) for layer in layers)
+        scene = self.scene
+        soft = min(scene.layer_young_Pa(name) * max(scene.layer_solid(name), 0.1) for name in LAYER_NAMES)
         load, radius = abs(self.force_density) * self.body.amplitude(self.scene.time.end_s), self.scene.radius_um
         return min(SMALL * load * radius**2 / soft, 1e-2 * radius)
 

@@ -13,10 +13,13 @@ from cellmech.records import CaseFolder
 
 VTK_TRIANGLE, VTK_QUADRATIC_TRIANGLE = 5, 22
 VTK_TYPES = {"float64": "Float64", "int64": "Int64", "int32": "Int32", "uint8": "UInt8"}
+BEYOND = "beyond_ellipticity"
 LAYER_CODES = {"nucleoplasm": 0, "lamina": 1, "cytosol": 2, "membrane": 3}
 
 
-def write_fields(folder: CaseFolder, observer: Observer, t_s: float, series: list[tuple[float, str]]) -> None:
+def write_fields(
+    folder: CaseFolder, observer: Observer, t_s: float, series: list[tuple[float, str]], beyond: bool = False
+) -> None:
     """Write the last observed state to `fields_<n>.vtu` and list all files so far in `fields.pvd`.
 
     Point data displacement_um, sigma_mises_Pa, J1, J2, J3, det_F, pressure_Pa, pressure_gradient_Pa_per_um on the
@@ -27,6 +30,7 @@ def write_fields(folder: CaseFolder, observer: Observer, t_s: float, series: lis
         observer: has observed the state.
         t_s: its time [s].
         series: (time, file) of what was written before; extended.
+        beyond: whether the state is beyond the loss of ellipticity; the file then says so (`BEYOND`).
     """
     parts = observer.comm.gather(point_fields(observer), root=0)
     name = f"fields_{len(series):04d}.vtu"
@@ -36,7 +40,7 @@ def write_fields(folder: CaseFolder, observer: Observer, t_s: float, series: lis
     data = {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
     data["layer"] = _layers(observer, data["position"])
     with folder.replace_with(name) as path:
-        _write_vtu(path, data)
+        _write_vtu(path, data, (BEYOND,) if beyond else ())
     rows = "".join(f'<DataSet timestep="{t!r}" file="{file}"/>' for t, file in series)
     header = '<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">'
     folder.write_text("fields.pvd", f'<?xml version="1.0"?>\n{header}<Collection>{rows}</Collection></VTKFile>\n')
@@ -51,8 +55,10 @@ def _layers(observer: Observer, nodes: np.ndarray) -> np.ndarray:
     return codes
 
 
-def _write_vtu(path: Path, data: dict[str, np.ndarray]) -> None:
+def _write_vtu(path: Path, data: dict[str, np.ndarray], marks: tuple[str, ...] = ()) -> None:
     """Write triangles as an unstructured grid; without VTK, whose loading takes ten times as long as the writing.
+
+    Marks are names of field data of one number, 1.
 
     Source: VTK file formats, "XML" (docs.vtk.org): appended raw data, each array one block that zlib has compressed.
     """
@@ -84,9 +90,14 @@ def _write_vtu(path: Path, data: dict[str, np.ndarray]) -> None:
             array("types", kinds),
         ],
     }
+    flags = "".join(
+        f'<DataArray type="UInt8" Name="{mark}" NumberOfTuples="1" format="ascii">1</DataArray>' for mark in marks
+    )
     body = "".join(f"<{name}>{''.join(arrays)}</{name}>\n" for name, arrays in sections.items())
+    field_data = f"<FieldData>{flags}</FieldData>" if flags else ""
     head = '<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" header_type="UInt64" '
-    head += f'compressor="vtkZLibDataCompressor"><UnstructuredGrid><Piece NumberOfPoints="{n_cells * n_nodes}" '
+    head += f'compressor="vtkZLibDataCompressor"><UnstructuredGrid>{field_data}'
+    head += f'<Piece NumberOfPoints="{n_cells * n_nodes}" '
     head += f'NumberOfCells="{n_cells}">\n{body}</Piece></UnstructuredGrid>\n<AppendedData encoding="raw">_'
     tail = "</AppendedData></VTKFile>\n"
     path.write_bytes(b"".join([b'<?xml version="1.0"?>\n', head.encode(), *blocks, tail.encode()]))

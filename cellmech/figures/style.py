@@ -169,6 +169,8 @@ def provenance(study: StudyResult) -> str:
         f"step tolerance rtol {_span(f'{case.scene.time.rtol:g}' for case in cases)}",
         f"load factor {_span(f'{case.scene.load.factor:g}' for case in cases)}",
     ]
+    if beyond := [name for name, case in study.cases.items() if case.beyond_ellipticity]:
+        parts.append(f"beyond the loss of ellipticity, so dependent on the mesh: {', '.join(beyond)}")
     sources = {str(case.result["source_hash"])[:10] for case in cases if case.result.get("source_hash")}
     return "   ·   ".join([*parts, *([f"sources {', '.join(sorted(sources))}"] if sources else [])])
 

@@ -81,3 +81,32 @@ def test_state_that_only_the_constraint_holds_is_not_the_one_saved(tmp_path, mon
     assert result["status"] == "failed" and result["reason"].startswith("slides; in the last state, which is saved")
     assert len(rows) == result["steps"] == 3 and float(rows[-1]["t_s"]) == result["t_s"]
     assert result["contact"]["force_Pa_x_um"] == float(rows[-1]["contact.force_Pa_x_um"])
+
+
+def test_case_goes_on_beyond_the_loss_of_ellipticity_where_it_is_asked_to(tmp_path):
+    """Marked in the result, in the history from the step on, in the field file and among what is in doubt."""
+    data = {
+        "cell": {"law": "saint-venant"},
+        "load": {"factor": 3.55},
+        "mesh": {"size_um": 6.0},
+        "time": {"history": False},
+    }
+
+    def solved(choice):
+        case, place = Case("case", read_scene(data | {"stability": choice}, "test")), tmp_path / choice
+        place.mkdir()
+        with closing(CaseFolder(place, MPI.COMM_SELF)) as folder:
+            result = solve_case(case, folder, MPI.COMM_SELF, mesh_plan(case.scene), lambda progress: None)
+            folder.flush()
+        return result, list(csv.DictReader((place / "history.csv").read_text().splitlines())), place
+
+    stopped, rows, place = solved("stop")
+    assert stopped["status"] == "failed" and stopped["reason"].startswith("ellipticity is lost at")
+    assert "beyond_ellipticity" not in stopped and "beyond_ellipticity" not in rows[0]
+    assert b"beyond_ellipticity" not in (place / "fields_0000.vtu").read_bytes()
+    gone_on, rows, place = solved("warn")
+    assert gone_on["status"] == "solved" and gone_on["t_s"] == 18000.0 and gone_on["stability"]["margin"] < 0
+    assert gone_on["beyond_ellipticity"]["since_s"] == 18000.0  # the end state alone was asked for
+    assert "ellipticity is lost at" in gone_on["model"]["warnings"]["ellipticity"]
+    assert rows[-1]["beyond_ellipticity"] == "1"
+    assert b'Name="beyond_ellipticity"' in (place / "fields_0000.vtu").read_bytes()

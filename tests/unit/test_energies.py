@@ -10,7 +10,7 @@ import ufl
 from dolfinx import fem
 from problems import LAW_NAMES, affine, block, displacement_space, moduli, solid
 
-from cellmech.energies import LAWS, energy_and_stress
+from cellmech.energies import IN_PLANE, LAWS, energy_and_stress
 from cellmech.forms import PointValues
 from cellmech.kinematics import embed, green_lagrange
 from cellmech.materials import mixtures
@@ -249,3 +249,34 @@ def test_lame_constants_give_back_uniaxial_young_and_poisson():
     stiffness = lmbda * np.ones((3, 3)) + 2 * mu * np.eye(3)
     strain = np.linalg.solve(stiffness, [1.0, 0.0, 0.0])
     np.testing.assert_allclose(strain, [1 / 7.0, -0.2 / 7.0, -0.2 / 7.0], rtol=1e-12)
+
+
+@pytest.mark.parametrize(("law", "i1_rest"), [("mooney-rivlin", None), ("yeoh", 2.0), ("yeoh", 0.0)])
+def test_in_plane_trace_gives_the_printed_stress_with_tr_of_the_plane_tensor(law, i1_rest):
+    """Eqs 19, 20 by hand, all tensors 2 x 2; at rest Mooney-Rivlin has the stress -2 beta I."""
+    beta, domain = 0.1 * MU, block()
+    alpha, lmbda = MU / 2 - beta, LMBDA + 2 * MU / 3
+    E = fem.Constant(domain.mesh, np.zeros((3, 3)))
+    constants = {"lmbda": LMBDA, "mu": MU, "beta": beta} | ({} if i1_rest is None else {"i1_rest": i1_rest})
+    parts = {key: fem.Constant(domain.mesh, value) for key, value in constants.items()}
+    compiled = PointValues(
+        packed(*energy_and_stress(IN_PLANE[law], E, **parts)), np.array([[0.25, 0.25]]), domain.mesh.comm
+    )
+    for H in [np.zeros((2, 2)), *random_gradients(0.3)]:
+        C = (np.eye(2) + H).T @ (np.eye(2) + H)
+        E.value[:] = three_d_of((C - np.eye(2)) / 2)
+        S = unpacked(compiled(FIRST_CELL)[0, 0])[1][:2, :2]
+        I3, inverse, tr = np.linalg.det(C), np.linalg.inv(C), np.trace(C)
+        hand = 2 * alpha * (np.eye(2) - I3 ** (1 / 3) * inverse)
+        hand = hand + 2 * beta * (tr * np.eye(2) - C - 2 * I3 ** (2 / 3) * inverse) + lmbda * np.log(I3) / 2 * inverse
+        if i1_rest is not None:
+            hand = hand + 2 * (-0.5 * alpha * (tr - i1_rest) + 0.1 * alpha * (tr - i1_rest) ** 2) * np.eye(2)
+        np.testing.assert_allclose(S, hand, rtol=0, atol=1e-12 * max(np.abs(hand).max(), MU))
+    if law == "mooney-rivlin":
+        E.value[:] = 0.0
+        np.testing.assert_allclose(unpacked(compiled(FIRST_CELL)[0, 0])[1][:2, :2], -2 * beta * np.eye(2), atol=1e-13)
+
+
+def three_d_of(E):
+    """A plane tensor as the plane part of a 3 x 3 one."""
+    return np.pad(E, ((0, 1), (0, 1)))

@@ -607,6 +607,7 @@ def test_toml_of_a_scene_names_every_key_with_a_value():
         "time",
         "mesh",
         "output",
+        "stability",
     }
     assert set(data["cell"]) == set(Cell.model_fields) - {"smear_um"}
     assert set(data["pillar"][0]) == set(Pillar.model_fields)

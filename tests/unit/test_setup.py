@@ -11,12 +11,14 @@ import ufl
 from mpi4py import MPI
 
 from cellmech.ellipticity import StabilityWatch
+from cellmech.energies import yeoh_in_plane
 from cellmech.errors import SolveError
 from cellmech.forms import PointValues
 from cellmech.layering import MeshPlan, mesh_plan
 from cellmech.run import Run
+from cellmech.scene import LAYER_NAMES
 from cellmech.scene_file import read_scene
-from cellmech.setup import Setup, obstacles_of, ramp, smeared_weights
+from cellmech.setup import Setup, material, obstacles_of, ramp, smeared_weights
 
 
 def scene_of(**tables):
@@ -173,3 +175,39 @@ def test_scene_without_equilibrium_is_refused_with_the_reason(cell, why):
 def test_plan_without_merged_layers_keeps_every_interface():
     names = [name for name, _ in MeshPlan().interfaces(scene_of())]
     assert names == ["nucleoplasm", "lamina", "cytosol", "membrane"]
+
+
+def test_factor_of_the_moduli_is_that_of_every_layer():
+    def numbers(**tables):
+        run = setup_of(scene_of(time={"history": False}, mesh={"size_um": 8.0}, **tables)).create_run(lambda line: None)
+        run.run(lambda step: None)
+        return run.u.copy()
+
+    young = {"membrane": 100.0, "cytosol": 10.0, "lamina": 1000.0, "nucleoplasm": 10.0}
+    layers = {name: {"young_Pa": 0.25 * value} for name, value in young.items()}
+    np.testing.assert_allclose(numbers(cell={"young_factor": 0.25}), numbers(layer=layers), rtol=0, atol=1e-12)
+    assert scene_of(cell={"young_factor": 0.25}).relaxation_s == pytest.approx(4 * scene_of().relaxation_s, rel=1e-12)
+
+
+def test_power_of_the_solid_share_is_that_of_every_layer():
+    scene = scene_of(cell={"solid_exponent": 2.0}, layer={"lamina": {"fluid_fraction": 0.7}})
+    shares = {name: material(scene, name).numbers()["solid_fraction"] for name in LAYER_NAMES}
+    assert shares == pytest.approx({"membrane": 0.25, "cytosol": 0.25, "lamina": 0.09, "nucleoplasm": 0.25}, rel=1e-12)
+    assert scene.layer_solid("lamina") == shares["lamina"]
+
+
+def test_smeared_layers_may_be_meshed_without_rings():
+    cell = {"layers": "smeared", "smear_um": 0.4}
+    assert [n for n, _ in setup_of(scene_of(cell=cell, mesh={"fade_rings": 0})).interfaces] == ["nucleus", "cytoplasm"]
+
+
+@pytest.mark.parametrize(
+    ("tables", "law", "rest"),
+    [
+        ({"trace": "in-plane"}, yeoh_in_plane, 2.0),
+        ({"trace": "in-plane", "yeoh_reference": "printed"}, yeoh_in_plane, 0.0),
+    ],
+)
+def test_in_plane_trace_rests_at_two(tables, law, rest):
+    made = material(scene_of(cell={"law": "yeoh", **tables}), "cytosol")
+    assert made.law is law and made.constants["i1_rest"] == rest

@@ -17,11 +17,12 @@ def test_written_field_file_is_read_back_to_the_last_bit(n_nodes, kind, tmp_path
         "J1": random.normal(size=(40, n_nodes)),
         "layer": np.arange(40, dtype=np.int32) % 4,
     }
-    _write_vtu(tmp_path / "fields.vtu", data)
+    _write_vtu(tmp_path / "fields.vtu", data, ("beyond_ellipticity",))
     reader = vtkXMLUnstructuredGridReader()
     reader.SetFileName(str(tmp_path / "fields.vtu"))
     reader.Update()
     grid = reader.GetOutput()
+    assert grid.GetFieldData().GetArray("beyond_ellipticity").GetValue(0) == 1
     assert {grid.GetCellType(k) for k in range(grid.GetNumberOfCells())} == {kind}
     points, cell = vtk_to_numpy(grid.GetPoints().GetData()), grid.GetCell(39).GetPointIds()
     assert [cell.GetId(k) for k in range(n_nodes)] == list(range(39 * n_nodes, 40 * n_nodes))
