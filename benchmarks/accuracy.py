@@ -25,7 +25,7 @@ from mpi4py import MPI
 from cellmech import accuracy
 from cellmech.archive import input_key
 from cellmech.case import solve_case
-from cellmech.disc import Grading
+from cellmech.disc import UNIFORM, Grading
 from cellmech.layering import MeshPlan
 from cellmech.records import CaseFolder, to_csv, write_whole
 from cellmech.scene_file import read_scene
@@ -41,7 +41,6 @@ REFERENCE = {
     "mesh": {"size_um": 0.8, "thin_layers": 2, "quadrature_degree": 6},
     "contact": {"smoothing_um": 1.25e-5, "quadrature_degree": 19},
 }
-UNIFORM = Grading(outline=1.0, contact=1.0, core=1.0, far=1.0, rim=1.0, back=1.0)
 SECOND = Grading(rim=0.37, deeper=0.35)  # the best for elements of second order
 # name -> scene, grading
 CANDIDATES: dict[str, tuple[dict[str, Any], Grading]] = {

@@ -57,6 +57,10 @@ class Grading:
     ankle: float = 0.3
 
 
+UNIFORM = Grading(outline=1.0, contact=1.0, core=1.0, far=1.0, rim=1.0, back=1.0)
+"""Equal elements everywhere but across thin layers."""
+
+
 @dataclass(frozen=True)
 class Footprint:
     """A contact on a disc's outline, where the element size falls in proportion to the distance from its edge.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from cellmech.disc import Grading
+from cellmech.disc import UNIFORM, Grading
 from cellmech.scene import LAYER_NAMES, LayerName, Scene
 
 INSIDE_OUT: tuple[LayerName, ...] = tuple(reversed(LAYER_NAMES))
@@ -68,4 +68,5 @@ def mesh_plan(scene: Scene) -> MeshPlan:
     Layers of equal properties are meshed apart too: without an interface their maxima are looked for inside elements,
     which takes longer than the few elements saved, and moves them by more than their error (`benchmarks/needs.py`).
     """
-    return MeshPlan((INSIDE_OUT[:2], INSIDE_OUT[2:]) if scene.cell.layers == "smeared" else ())
+    merged = (INSIDE_OUT[:2], INSIDE_OUT[2:]) if scene.cell.layers == "smeared" else ()
+    return MeshPlan(merged, UNIFORM if scene.mesh.grading == "uniform" else Grading())

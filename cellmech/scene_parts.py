@@ -211,6 +211,8 @@ class Mesh(Table):
     """Size at the contact; if left out, chosen by the program, which follows narrow contacts."""
     thin_layers: Annotated[int, Whole(1, MOST_ACROSS)] = 1
     """Elements across membrane and lamina; 2 for second and first order."""
+    grading: Annotated[Literal["fitted", "uniform"], Choice()] = "fitted"
+    """Small elements where a cell's numbers need them, or equal ones everywhere, as the paper's mesh may have been."""
     fade_rings: Annotated[int, Whole(0, 8)] = 4
     """Smeared layers: rings of elements in half a fade; with 0 the mesh knows nothing of fades, as the paper's."""
     order: Annotated[int, Whole(1, 3)] = 3

@@ -153,7 +153,8 @@ class Setup:
             contact_zone_um=self._contact_zone_um(),
             grading=plan.grading,
         )
-        self.spec = follow(standard, scene, self.weight, self.contact.pressure_at)
+        fitted = scene.mesh.grading == "fitted"
+        self.spec = follow(standard, scene, self.weight, self.contact.pressure_at) if fitted else standard
         self.domain = _domain(self.spec, comm)
         self.obstacles = additions.beside(obstacles_of(scene), scene.radius_um if self.half else None)
         self.body, self.out_of_reach = self._body()

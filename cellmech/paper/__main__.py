@@ -18,7 +18,7 @@ from cellmech.paper.comparison import compare
 from cellmech.paper.ours import STUDIES
 from cellmech.paper.printed import PAPER_NUMBERS, read_paper
 from cellmech.progress import bear_any_text, say
-from cellmech.records import write_whole
+from cellmech.records import to_csv, write_whole
 from cellmech.surroundings import open_streams
 
 MOST_FAULTS = 60  # that are named
@@ -64,6 +64,9 @@ def _parser() -> argparse.ArgumentParser:
     add("audit", _audit, "which open choices bring which printed numbers: audit.md, audit.csv and a picture")
     add("audit-study", _audit_study, "the audit's runs, one choice at a time: audit.toml", "studies")
     add("audit-pairs", _audit_pairs, "its pairs, of what moved most in results/audit: audit-pairs.toml", "studies")
+    readings = add("readings", _readings, "solve readings of the paper and score them: readings.md and .csv")
+    readings.add_argument("--only", action="append", default=[], metavar="NAME", help="this one; can be repeated")
+    readings.add_argument("--unsolved", action="store_true", help="solve nothing, score what is there")
     calibrate = add("calibrate", _calibrate, "fit open inputs: calibration.md and .csv, and the studies of the fits")
     calibrate.add_argument("--set", nargs="+", default=[], metavar="KEY=VALUE", help="overrides of every scene")
     return parser
@@ -115,6 +118,25 @@ def _audit_pairs(options: argparse.Namespace) -> list[str]:
     audit = read_audit(options.results, read_paper(options.paper), options.studies, pairs=False)
     _write((options.out or options.studies) / "audit-pairs.toml", pairs_text(audit))
     return audit.missing()
+
+
+def _readings(options: argparse.Namespace) -> list[str]:
+    from cellmech.paper import readings
+
+    paper, place = read_paper(options.paper), options.results / "readings"
+    unknown = [name for name in options.only if name not in {one.name for one in readings.READINGS}]
+    if unknown:
+        known = ", ".join(one.name for one in readings.READINGS)
+        raise InputError("--only", "", f"must be one of {known}", unknown[0])
+    chosen = [one for one in readings.READINGS if not options.only or one.name in options.only]
+    for one in chosen if not options.unsolved else ():
+        readings.solve(one, paper, place)
+    there = [one for one in readings.READINGS if (place / one.name).is_dir()]
+    section = readings.reading_section([readings.score(one, paper, place) for one in there])
+    say(section.markdown())
+    _write(_figures(options) / "readings.md", section.markdown() + "\n")
+    _write(_figures(options) / "readings.csv", to_csv(section.records()))
+    return []
 
 
 def _calibrate(options: argparse.Namespace) -> list[str]:

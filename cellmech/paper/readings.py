@@ -1,0 +1,216 @@
+"""Readings of the paper: sets of choices that change its inputs, tried on every row that it prints numbers of.
+
+A reading is settings of a scene. The rows' own studies are solved with them, and scored by how far the numbers are from
+the print. Where a reading leaves the fluid time to matter, whole histories are computed, also beyond the loss of
+ellipticity, as the paper's program must have done.
+"""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from cellmech.paper.misfit import log_ratio, misfit
+from cellmech.paper.numbers import Number, all_numbers
+from cellmech.paper.ours import STUDIES, read_ours
+from cellmech.paper.places import all_places
+from cellmech.paper.printed import TABLES, Paper
+from cellmech.paper.section import Row, Section, significant
+
+COARSE = {"mesh.order": 2, "mesh.size_um": 0.85, "mesh.grading": "uniform", "mesh.fade_rings": 0}
+"""A mesh like the paper's: second order, 0.3 to 1 µm, which knows nothing of layers; maxima are at its nodes."""
+FACTOR = 1 / 19.3  # of every modulus, by which the printed strains of most rows are met
+LIMITS = {"5 %": math.log(1.05), "20 %": math.log(1.2), "a factor 2": math.log(2.0)}
+ROUGH = {"time.rtol": 0.01, "time.history": "auto", "stability": "warn"}
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One set of choices.
+
+    Args:
+        name: of its folder.
+        text: what is changed, for people.
+        settings: of every scene, by dotted key.
+    """
+
+    name: str
+    text: str
+    settings: Mapping[str, Any] = field(default_factory=dict)
+
+    def overrides(self) -> list[str]:
+        """As the command line takes them."""
+        return [f"{key}={_toml(value)}" for key, value in (ROUGH | dict(self.settings)).items()]
+
+
+def _toml(value: Any) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _smeared(width_um: float) -> dict[str, Any]:
+    return {"cell.layers": "smeared", "cell.smear_um": width_um}
+
+
+def _readings() -> tuple[Reading, ...]:
+    coarse = COARSE | _smeared(0.3)
+    soft = coarse | {"cell.young_factor": FACTOR}
+    slow = soft | {"cell.fluid_lambda_Pa_s": 1e4}
+    plane = slow | {"cell.trace": "in-plane", "cell.beta_over_mu": 0.1}
+    twice = plane | {"cell.solid_exponent": 2.0, "cell.young_factor": 0.1, "cell.fluid_lambda_Pa_s": 3e3}
+    return (
+        Reading("printed", "as printed, resolved mesh"),
+        Reading("printed-smeared", "as printed, smeared 0.3 µm, the paper's coarse mesh", coarse),
+        Reading("load", "the same, load × 19.3", coarse | {"load.factor": 1 / FACTOR}),
+        Reading(
+            "soft-resolved",
+            "moduli / 19.3, smeared 0.3 µm, resolved mesh",
+            _smeared(0.3) | {"cell.young_factor": FACTOR},
+        ),
+        Reading("soft", "moduli / 19.3, smeared 0.3 µm, coarse mesh", soft),
+        Reading("slow", "the same, λ_f × 10", slow),
+        Reading("beta", "the same, β = 0.1 µ", slow | {"cell.beta_over_mu": 0.1}),
+        Reading("in-plane", "the same, tr C of eqs 19 and 20 in the plane", plane),
+        Reading(
+            "in-plane-printed", "the same, eq. 20 with its stress at rest", plane | {"cell.yeoh_reference": "printed"}
+        ),
+        Reading("in-plane-3", "tr C in the plane, β = 0.1 µ, λ_f × 3", plane | {"cell.fluid_lambda_Pa_s": 3e3}),
+        Reading("twice", "tr C in the plane, c_s twice, moduli / 10, λ_f × 3", twice),
+        Reading("lambda-printed", "tr C in the plane, λ as printed", plane | {"cell.lame_lambda": "printed"}),
+        Reading(
+            "volume-printed",
+            "tr C in the plane, contact of eq. 27",
+            plane | {"contact.form": "volume-printed", "contact.volume_width_um": 0.3},
+        ),
+        Reading("smeared-0.1", "tr C in the plane, smeared 0.1 µm", plane | _smeared(0.1)),
+        Reading("smeared-0.6", "tr C in the plane, smeared 0.6 µm", plane | _smeared(0.6)),
+        Reading(
+            "half-width-5",
+            "tr C in the plane, pillar's half-width 5 µm, moduli / 14",
+            plane | {"pillar.0.half_width_um": 5.0, "cell.young_factor": 1 / 14},
+        ),
+    )
+
+
+READINGS = _readings()
+
+
+@dataclass(frozen=True)
+class Score:
+    """How far a reading is from the print.
+
+    Args:
+        reading: which one.
+        numbers: each printed number beside ours, misprints left out; of a shape index the nearest of three.
+        places: how many extremes are where the paper has them, and of how many.
+    """
+
+    reading: Reading
+    numbers: Sequence[Number]
+    places: tuple[int, int] = (0, 0)
+
+    def of(self, tables: Iterable[str] = TABLES, shares: bool = False) -> list[Number]:
+        """Those of some tables: maxima and shape indices, or shares."""
+        return [n for n in self.numbers if n.table in tables and n.quantity.startswith("share_") == shares]
+
+    def ratios(self, tables: Iterable[str] = TABLES) -> list[float]:
+        """Ours / printed of the differences from rest, raw for shape indices; 0 where there is no number of ours."""
+        found = [n.ratio if n.quantity == "SI" else n.ratio_from_rest for n in self.of(tables)]
+        return [0.0 if math.isnan(ratio) else ratio for ratio in found]
+
+    def misfit(self, tables: Iterable[str] = TABLES) -> tuple[float, float]:
+        """Root mean square and median of |ln ratio|."""
+        ratios = self.ratios(tables)
+        return misfit(ratios), statistics.median(abs(log_ratio(ratio)) for ratio in ratios)
+
+    def within(self, tables: Iterable[str] = TABLES) -> list[int]:
+        """How many numbers are within each of `LIMITS`."""
+        logs = [abs(log_ratio(ratio)) for ratio in self.ratios(tables)]
+        return [sum(log <= limit for log in logs) for limit in LIMITS.values()]
+
+    def shares_within(self, percent: float) -> int:
+        """How many printed shares are met within so many of their per cents."""
+        return sum(abs(n.ours - n.printed) <= percent + n.half_digit for n in self.of(shares=True))
+
+    def order_of_laws(self) -> int:
+        """For how many of sigma, J1, J2, J3 the four laws come in the printed order."""
+        rows = {q: [n for n in self.of(("fig2",)) if n.quantity == q] for q in ("sigma", "J1", "J2", "J3")}
+        by = [[n.row for n in sorted(of, key=lambda n: -value(n))] for of in rows.values() for value in (_print, _ours)]
+        return sum(theirs == ours for theirs, ours in zip(by[::2], by[1::2], strict=True))
+
+
+def _print(number: Number) -> float:
+    return number.printed
+
+
+def _ours(number: Number) -> float:
+    return -math.inf if math.isnan(number.ours) else number.ours
+
+
+def rows_of(paper: Paper) -> dict[str, list[str]]:
+    """Table -> names of the study's cases that the paper prints numbers of."""
+    from cellmech.study_file import load_study
+
+    found: dict[str, list[str]] = {}
+    for table in TABLES:
+        cases = load_study(STUDIES / f"{table}.toml").cases
+        for row in paper.table(table).values():
+            named = [case.name for case in cases if case.name == row.name] or [
+                case.name for case in cases if row.place and _is_at(case.scene, row.place)
+            ]
+            found.setdefault(table, []).extend(name for name in named[:1] if name not in found.get(table, []))
+    return found
+
+
+def _is_at(scene: Any, place: Mapping[str, float]) -> bool:
+    from cellmech.paper.printed import PLACES
+
+    return all(
+        math.isclose(getattr(getattr(scene.layer, PLACES[key][0]), PLACES[key][1]), value)
+        for key, value in place.items()
+    )
+
+
+def solve(reading: Reading, paper: Paper, out: Path, everything: bool = False) -> None:
+    """Solve what the paper prints numbers of, or all 57 runs, into a folder a table. Collective."""
+    from cellmech import study
+
+    for table, names in rows_of(paper).items():
+        chosen = [] if everything else [word for name in names for word in ("--only", name)]
+        words = [str(STUDIES / f"{table}.toml"), "--out", str(out / reading.name / table), "--quiet", *chosen]
+        study.main([*words, "--set", *reading.overrides()])
+
+
+def score(reading: Reading, paper: Paper, out: Path) -> Score:
+    """Compare what has been solved with the print.
+
+    Raises:
+        InputError: when there is no result.
+    """
+    ours = read_ours(out / reading.name)
+    numbers = all_numbers(paper, ours)
+    judged = [n for n in numbers if not n.is_misprint and (n.quantity != "SI" or n.note or math.isnan(n.ours))]
+    known = [place.agrees for place in all_places(paper, ours, numbers) if place.counts and place.agrees is not None]
+    return Score(reading, judged, (sum(known), len(known)))
+
+
+def reading_section(scores: Sequence[Score]) -> Section:
+    """The readings as a table."""
+    header = ("reading", "rms", "median", *LIMITS, "shares ± 1", "± 3", "order of laws")
+    text = (
+        f"{len(scores[0].of())} printed maxima and shape indices and {len(scores[0].of(shares=True))} shares; rms and "
+        "median of |ln(ours/print)| on q − q0; a number without a solution of ours counts as a factor 1000. The order "
+        "of the four laws is counted for σ, J1, J2, J3. All readings were chosen with these numbers in sight."
+    )
+    rows = []
+    for one in scores:
+        (rms, median), within = one.misfit(), one.within()
+        shares = [one.shares_within(1), one.shares_within(3)]
+        cells = (one.reading.text, significant(rms, 2), significant(median, 2), *map(str, [*within, *shares]))
+        record = {"reading": one.reading.name, "rms": rms, "median": median}
+        record |= dict(zip(LIMITS, within, strict=True)) | {"shares_1": shares[0], "shares_3": shares[1]}
+        rows.append(Row((*cells, f"{one.order_of_laws()} of 4"), record, ""))
+    return Section("reading", "Readings of the paper", text, header, rows)
