@@ -67,6 +67,9 @@ def _parser() -> argparse.ArgumentParser:
     readings = add("readings", _readings, "solve readings of the paper and score them: readings.md and .csv")
     readings.add_argument("--only", action="append", default=[], metavar="NAME", help="this one; can be repeated")
     readings.add_argument("--unsolved", action="store_true", help="solve nothing, score what is there")
+    readings.add_argument("--whole", action="store_true", help="all 57 runs, not only those with printed numbers")
+    fits = add("fit-readings", _fit_readings, "fit a reading to some figures, predict the others: reading-fits.md")
+    fits.add_argument("--only", action="append", default=[], metavar="NAME", help="this fit; can be repeated")
     calibrate = add("calibrate", _calibrate, "fit open inputs: calibration.md and .csv, and the studies of the fits")
     calibrate.add_argument("--set", nargs="+", default=[], metavar="KEY=VALUE", help="overrides of every scene")
     return parser
@@ -130,12 +133,29 @@ def _readings(options: argparse.Namespace) -> list[str]:
         raise InputError("--only", "", f"must be one of {known}", unknown[0])
     chosen = [one for one in readings.READINGS if not options.only or one.name in options.only]
     for one in chosen if not options.unsolved else ():
-        readings.solve(one, paper, place)
+        readings.solve(one, paper, place, everything=options.whole)
     there = [one for one in readings.READINGS if (place / one.name).is_dir()]
     section = readings.reading_section([readings.score(one, paper, place) for one in there])
     say(section.markdown())
     _write(_figures(options) / "readings.md", section.markdown() + "\n")
     _write(_figures(options) / "readings.csv", to_csv(section.records()))
+    return []
+
+
+def _fit_readings(options: argparse.Namespace) -> list[str]:
+    from cellmech.paper import reading_fit, readings
+
+    paper, place = read_paper(options.paper), options.results / "reading-fits"
+
+    def judge(reading: readings.Reading, tables: Sequence[str]) -> readings.Score:
+        readings.solve(reading, paper, place, tables)
+        return readings.score(reading, paper, place)
+
+    chosen = [plan for plan in reading_fit.PLANS if not options.only or plan.name in options.only]
+    section = reading_fit.fit_section([reading_fit.fit(plan, judge, _say) for plan in chosen])
+    say(section.markdown())
+    _write(_figures(options) / "reading-fits.md", section.markdown() + "\n")
+    _write(_figures(options) / "reading-fits.csv", to_csv(section.records()))
     return []
 
 

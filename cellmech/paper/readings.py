@@ -121,6 +121,11 @@ class Score:
         found = [n.ratio if n.quantity == "SI" else n.ratio_from_rest for n in self.of(tables)]
         return [0.0 if math.isnan(ratio) else ratio for ratio in found]
 
+    def maxima(self, tables: Iterable[str]) -> list[float]:
+        """The same without the shape indices, which there are three of."""
+        found = [n.ratio_from_rest for n in self.of(tables) if n.quantity != "SI"]
+        return [0.0 if math.isnan(ratio) else ratio for ratio in found]
+
     def misfit(self, tables: Iterable[str] = TABLES) -> tuple[float, float]:
         """Root mean square and median of |ln ratio|."""
         ratios = self.ratios(tables)
@@ -174,11 +179,13 @@ def _is_at(scene: Any, place: Mapping[str, float]) -> bool:
     )
 
 
-def solve(reading: Reading, paper: Paper, out: Path, everything: bool = False) -> None:
-    """Solve what the paper prints numbers of, or all 57 runs, into a folder a table. Collective."""
+def solve(reading: Reading, paper: Paper, out: Path, tables: Sequence[str] = TABLES, everything: bool = False) -> None:
+    """Solve what the paper prints numbers of, or all runs of these tables, into a folder a table. Collective."""
     from cellmech import study
 
     for table, names in rows_of(paper).items():
+        if table not in tables:
+            continue
         chosen = [] if everything else [word for name in names for word in ("--only", name)]
         words = [str(STUDIES / f"{table}.toml"), "--out", str(out / reading.name / table), "--quiet", *chosen]
         study.main([*words, "--set", *reading.overrides()])

@@ -1,0 +1,131 @@
+"""Least-squares fits of a reading's few open numbers to some printed figures; the others are then predictions.
+
+What is varied are logarithms of scene settings, the same for all rows; a residual is the ln of ours / printed of a
+difference from rest. Every trial is a reading of its own, solved into a folder of its own, and is not solved twice.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from cellmech.paper.misfit import log_ratio
+from cellmech.paper.printed import TABLES
+from cellmech.paper.readings import READINGS, Reading, Score
+from cellmech.paper.section import Row, Section, significant
+
+STEP = 0.05  # of a finite difference, in ln
+ENOUGH = 5e-3  # relative change at which a fit ends
+ROUNDS = 5  # evaluations at most besides those of differences
+
+Free = Mapping[str, tuple[float, float]]
+"""Dotted key -> bounds."""
+Judge = Callable[[Reading, Sequence[str]], Score]
+"""Solves the rows of some tables under a reading, and scores them."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A fit.
+
+    Args:
+        name: of its folders.
+        base: the reading to start from.
+        free: what is fitted.
+        tables: the figures it is fitted to; the others are predicted.
+    """
+
+    name: str
+    base: Reading
+    free: Free
+    tables: tuple[str, ...]
+
+
+def _plans() -> tuple[Plan, ...]:
+    base = next(one for one in READINGS if one.name == "in-plane")
+    stiffness, smear = {"cell.young_factor": (0.01, 1.0)}, {"cell.smear_um": (0.1, 1.0)}
+    more = {"cell.beta_over_mu": (0.02, 2.5), "cell.fluid_lambda_Pa_s": (1e3, 1e5)}
+    return (
+        Plan("on-fig2", base, stiffness | smear | more, ("fig2",)),
+        Plan("on-figs-4-and-6", base, stiffness | smear, ("fig4", "fig6")),
+    )
+
+
+PLANS = _plans()
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """How a fit ended.
+
+    Args:
+        plan: what was fitted.
+        values: key -> fitted value.
+        score: of all tables.
+        trials: readings solved for it.
+    """
+
+    plan: Plan
+    values: Mapping[str, float]
+    score: Score
+    trials: int
+
+
+def fit(plan: Plan, judge: Judge, note: Callable[[str], None] = lambda line: None) -> Fitted:
+    """Fit, then solve everything with what was found. Collective where `judge` is."""
+    keys, known = list(plan.free), {}
+    least, most = (np.log([plan.free[key][end] for key in keys]) for end in (0, 1))
+    start = np.log([float(plan.base.settings[key]) for key in keys])
+
+    def reading(logs: np.ndarray) -> Reading:
+        values = {key: float(f"{math.exp(x):.4g}") for key, x in zip(keys, logs, strict=True)}
+        name = f"{plan.name}-" + "-".join(f"{value:g}" for value in values.values())
+        return replace(plan.base, name=name, settings={**plan.base.settings, **values})
+
+    def residuals(logs: np.ndarray) -> np.ndarray:
+        one = reading(logs)
+        if one.name not in known:
+            known[one.name] = [log_ratio(ratio) for ratio in judge(one, plan.tables).maxima(plan.tables)]
+            note(f"{one.name}: rms {math.sqrt(np.mean(np.square(known[one.name]))):.3f}")
+        return np.array(known[one.name])
+
+    def differences(logs: np.ndarray) -> np.ndarray:
+        here, columns = residuals(logs), []
+        for k in range(len(keys)):
+            moved = logs.copy()
+            moved[k] += STEP if logs[k] + STEP < most[k] else -STEP
+            columns.append((residuals(moved) - here) / (moved[k] - logs[k]))
+        return np.column_stack(columns)
+
+    found = least_squares(
+        residuals, start, differences, (least, most), loss="soft_l1", xtol=ENOUGH, ftol=ENOUGH, max_nfev=ROUNDS
+    )
+    best = reading(found.x)
+    return Fitted(plan, {key: best.settings[key] for key in keys}, judge(best, TABLES), len(known))
+
+
+def fit_section(fits: Sequence[Fitted]) -> Section:
+    """What each fit found, how far it is off what it was fitted to, and off what it predicts."""
+    header = ("fitted to", "found", "figure", "numbers", "rms", "median", "within 20 %", "a factor 2")
+    text = (
+        "Maxima, shape indices left out; rms and median of |ln(ours/print)| on q − q0. Bold: fitted to; the others are "
+        "predictions. The least-squares loss is soft (soft_l1): a row that no choice brings near does not decide."
+    )
+    rows = []
+    for one in fits:
+        found = ", ".join(f"{key} = {significant(value, 3)}" for key, value in one.values.items())
+        for table in TABLES:
+            logs = [abs(log_ratio(ratio)) for ratio in one.score.maxima((table,))]
+            rms, median = float(np.sqrt(np.mean(np.square(logs)))), float(np.median(logs))
+            near = [sum(log <= math.log(factor) for log in logs) for factor in (1.2, 2.0)]
+            name = f"**{table}**" if table in one.plan.tables else table
+            numbers = (str(len(logs)), significant(rms, 2), significant(median, 2), *map(str, near))
+            record = {"fit": one.plan.name, "found": json.dumps(dict(one.values)), "table": table, "rms": rms}
+            record |= {"median": median, "within_20": near[0], "factor_2": near[1], "numbers": len(logs)}
+            rows.append(Row((one.plan.name, found, name, *numbers), record))
+    return Section("reading-fit", "Fits of the reading, and what they predict", text, header, rows)
