@@ -110,7 +110,7 @@ def mooney_rivlin_in_plane(C: Invariants, *, lmbda, mu, beta):
 
 @volumetric(LN_J)
 def yeoh_in_plane(C: Invariants, *, lmbda, mu, beta, i1_rest):
-    """Likewise, and with the in-plane tr C = I1 - 1 in eq. 20 [Pa], 2 at rest; i1_rest = 0 is eq. 20 as printed."""
+    """Likewise, and with the in-plane tr C = I1 - 1 in eq. 20, of which i1_rest is taken off all the same [Pa]."""
     alpha = mu / 2 - beta
     i1 = C.I1_gap + (2 - i1_rest)
     return mooney_rivlin_in_plane(C, lmbda=lmbda, mu=mu, beta=beta) - 0.5 * alpha / 2 * i1**2 + 0.1 * alpha / 3 * i1**3

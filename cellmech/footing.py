@@ -26,6 +26,7 @@ BEARS_LATER = 0.1  # the least of it where obstacles are touched one after the o
 BEND = 1e-3  # of the half-width: over which the growth of the gap's slope is measured
 SIZE_OVER_RADIUS = {1: 0.06, 2: 0.06, 3: 0.24}  # mesh.size_um that accuracy was measured at, over the radius
 FOOT_OF_ORDER = {1: 2.0, 2: 2.0, 3: 1.0}  # how much smaller the elements of an order are at a footprint
+MOST_EDGES = 400  # on one side of a footprint: the edge of a box may lie anywhere between its ends
 FINENESS = (0.5, 10.0)  # least and most of a footprint
 
 
@@ -89,7 +90,8 @@ def follow(spec: DiscSpec, scene: Scene, load: float, pressure: Callable[[float]
     fineness = min(max(SIZE_OVER_RADIUS[order] * radius / scene.mesh.size_um, FINENESS[0]), FINENESS[1])
     fineness *= FOOT_OF_ORDER[order]
     expected = feet(scene, load, pressure)
-    found = (Footprint(f.at, f.edges, f.scale_um, fineness, FINEST_CONTACT * radius) for f in expected)
+    least = (max(FINEST_CONTACT * radius, (f.edges[1] - f.edges[0]) / MOST_EDGES) for f in expected)
+    found = (Footprint(f.at, f.edges, f.scale_um, fineness, um) for f, um in zip(expected, least, strict=True))
     return replace(spec, footprints=tuple(foot for foot in found if not resolves(spec, foot)))
 
 

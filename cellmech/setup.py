@@ -57,14 +57,13 @@ def _domain(spec: DiscSpec, comm: MPI.Comm) -> Domain:
 def material(scene: Scene, name: LayerName) -> Material:
     """A layer's material (eqs 6-13, 17-20)."""
     layer, cell, law = scene.layer_of(name), scene.cell, scene.layer_law(name)
-    in_plane = cell.trace == "in-plane"
-    laws = IN_PLANE if in_plane else LAWS
+    laws = IN_PLANE if cell.trace == "in-plane" else LAWS
     lmbda, mu = scene.lame(name)
     constants = {"lmbda": lmbda, "mu": mu}
     if law in ("mooney-rivlin", "yeoh"):
         constants["beta"] = cell.beta_over_mu * mu
     if law == "yeoh":
-        constants["i1_rest"] = 0.0 if cell.yeoh_reference == "printed" else 2.0 if in_plane else 3.0
+        constants["i1_rest"] = 0.0 if cell.yeoh_reference == "printed" else 3.0
     viscosities = (cell.fluid_lambda_Pa_s, cell.fluid_mu_Pa_s) if scene.time.history else (0.0, 0.0)
     mixed, power = name in mixed_layers(scene), cell.solid_exponent
     return Material(laws[law], constants, layer.fluid_fraction, *viscosities, mixed=mixed, solid_exponent=power)

@@ -47,7 +47,7 @@ class Plan:
 
 
 def _plans() -> tuple[Plan, ...]:
-    base = next(one for one in READINGS if one.name == "in-plane")
+    base = next(one for one in READINGS if one.name == "in-plane-5")
     stiffness, smear = {"cell.young_factor": (0.01, 1.0)}, {"cell.smear_um": (0.1, 1.0)}
     more = {"cell.beta_over_mu": (0.02, 2.5), "cell.fluid_lambda_Pa_s": (1e3, 1e5)}
     return (
