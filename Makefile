@@ -44,7 +44,7 @@ unexport PYTHONPATH PYTHONHOME PETSC_DIR PETSC_ARCH SLEPC_DIR
 .NOTPARALLEL:
 .PHONY: help setup study test paper paper-runs taken-over figures-smoke compare report audit calibrate calibrated
 .PHONY: fig1 fig2 fig3 fig4 fig5 fig6 fig7 table1 table2 table3 table-fig2 lint check movie speed speed-error clean
-.PHONY: verify accuracy defaults second-code mutants fuzz campaign needs locking hard-cases container-check
+.PHONY: readings effective verify accuracy defaults second-code mutants fuzz campaign needs locking hard-cases container-check
 MAKEFLAGS += --no-print-directory
 # A case that failed fails its study, and the figures that show the others and say so. So where goals follow each other
 # here, --keep-going tries them all, and then make fails.
@@ -111,6 +111,18 @@ audit: audit-runs ## which open inputs bring which printed numbers, one and two 
 # That some of these runs have no solution is what they are to show.
 audit-runs: setup
 	-$(STUDY) $(AUDITS:%=studies/%.toml) --out $(RESULTS) $(WITH)
+
+# The reading of the paper that fits best, as cellmech.paper.readings names it.
+EFFECTIVE := in-plane-5
+readings: setup ## readings of the paper, each on every row that it prints, and fits that predict what they have not seen
+	-mpirun -n $(N) $(PAPER) readings --results $(RESULTS)
+	$(PAPER) fit-readings --results $(RESULTS)
+
+effective: setup ## all 57 runs in the reading that fits best, with figures and comparison, into results/readings
+	-mpirun -n $(N) $(PAPER) readings --only $(EFFECTIVE) --whole --results $(RESULTS)
+	@$(MAKE) --keep-going draw-fig2 draw-fig4 draw-fig6 draw-table3 compare RESULTS=$(RESULTS)/readings/$(EFFECTIVE)
+	$(PLOTS) fig3 --results $(RESULTS)/readings/$(EFFECTIVE)/fig2 --out $(RESULTS)/readings/$(EFFECTIVE)/figures
+	$(PLOTS) fig7 --results $(RESULTS)/readings/$(EFFECTIVE)/table3 --out $(RESULTS)/readings/$(EFFECTIVE)/figures
 
 calibrate: setup ## fit the open inputs to the print anew; writes the studies that make calibrated solves
 	mpirun -n $(N) $(PAPER) calibrate --results $(RESULTS) $(if $(SETTINGS),--set $(SETTINGS))

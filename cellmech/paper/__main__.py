@@ -68,6 +68,7 @@ def _parser() -> argparse.ArgumentParser:
     readings.add_argument("--only", action="append", default=[], metavar="NAME", help="this one; can be repeated")
     readings.add_argument("--unsolved", action="store_true", help="solve nothing, score what is there")
     readings.add_argument("--whole", action="store_true", help="all 57 runs, not only those with printed numbers")
+    add("effective-study", _effective_study, "the reading that fits best: paper-effective.toml", "studies")
     fits = add("fit-readings", _fit_readings, "fit a reading to some figures, predict the others: reading-fits.md")
     fits.add_argument("--only", action="append", default=[], metavar="NAME", help="this fit; can be repeated")
     calibrate = add("calibrate", _calibrate, "fit open inputs: calibration.md and .csv, and the studies of the fits")
@@ -124,6 +125,7 @@ def _audit_pairs(options: argparse.Namespace) -> list[str]:
 
 
 def _readings(options: argparse.Namespace) -> list[str]:
+    from cellmech import started
     from cellmech.paper import readings
 
     paper, place = read_paper(options.paper), options.results / "readings"
@@ -134,11 +136,21 @@ def _readings(options: argparse.Namespace) -> list[str]:
     chosen = [one for one in readings.READINGS if not options.only or one.name in options.only]
     for one in chosen if not options.unsolved else ():
         readings.solve(one, paper, place, everything=options.whole)
+    if started.MPI.COMM_WORLD.rank != 0:
+        return []
     there = [one for one in readings.READINGS if (place / one.name).is_dir()]
     section = readings.reading_section([readings.score(one, paper, place) for one in there])
     say(section.markdown())
     _write(_figures(options) / "readings.md", section.markdown() + "\n")
     _write(_figures(options) / "readings.csv", to_csv(section.records()))
+    return []
+
+
+def _effective_study(options: argparse.Namespace) -> list[str]:
+    from cellmech.paper import readings
+
+    text = readings.effective_study(readings.named(readings.EFFECTIVE), read_paper(options.paper))
+    _write((options.out or options.studies) / "paper-effective.toml", text)
     return []
 
 

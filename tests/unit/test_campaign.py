@@ -5,6 +5,7 @@ import csv
 import json
 import math
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -353,3 +354,11 @@ def test_changed_digits_are_seen_but_for_costs(solved):
     assert list(changed_digits(one, other)) == []
     other["energy"]["stored"] = math.nextafter(one["energy"]["stored"], 1.0)
     assert [text.split(":")[0] for text in changed_digits(one, other)] == ["energy.stored"]
+
+
+def test_rounding_of_stored_positions_counts_beside_a_depth_of_their_size():
+    """Nothing beside depths that carry a load; a thousandth where a depth has five digits left."""
+    state = SimpleNamespace(X=np.array([[0.0, 29.4]]), u=np.zeros((1, 2)))
+    assert checks.rounding_share(state, 1e-4) < 1e-8
+    assert 5e-4 < checks.rounding_share(state, 2.4e-10) < 2e-3
+    assert checks.rounding_share(state, -1.0) == 0.0

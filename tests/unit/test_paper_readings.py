@@ -10,7 +10,7 @@ from paper_files import as_printed, write_results
 from cellmech.paper.ours import STUDIES
 from cellmech.paper.printed import TABLES, read_paper
 from cellmech.paper.reading_fit import PLANS, fit, fit_section
-from cellmech.paper.readings import READINGS, Score, reading_section, rows_of, score
+from cellmech.paper.readings import EFFECTIVE, READINGS, Score, effective_study, named, reading_section, rows_of, score
 from cellmech.study_file import load_study
 
 PAPER = read_paper()
@@ -116,3 +116,19 @@ def test_order_of_laws_is_that_of_the_print(tmp_path: Path):
     write_results(tmp_path / "printed", exchanged)
     assert isinstance(score(AS_PRINTED, PAPER, tmp_path), Score)
     assert score(AS_PRINTED, PAPER, tmp_path).order_of_laws() < 4
+
+
+def test_committed_study_is_that_of_the_best_reading():
+    text = effective_study(named(EFFECTIVE), PAPER)
+    assert (STUDIES / "paper-effective.toml").read_text(encoding="utf-8") == text
+
+
+def test_study_of_the_best_reading_has_a_case_a_printed_row():
+    """15: Figure 6's base row is Figure 2's neo-Hookean one. Each is the scene that the reading solves."""
+    cases = {case.name: case.scene for case in load_study(STUDIES / "paper-effective.toml").cases}
+    assert len(cases) == 15
+    for table, names in rows_of(PAPER).items():
+        solved = {c.name: c.scene for c in load_study(STUDIES / f"{table}.toml", named(EFFECTIVE).overrides()).cases}
+        for name in names:
+            scene = solved[name].model_copy(update={"title": ""})
+            assert scene in [one.model_copy(update={"title": ""}) for one in cases.values()]
