@@ -273,8 +273,8 @@ def _nested(settings: Mapping[str, Any]) -> dict[str, Any]:
 HEAD = """The rows of the paper that have printed numbers; not with its inputs, but in the reading that comes nearest:
 {text},
 layers smeared over ± 0.3 µm on a coarse mesh of second order.
-Written by "python -m cellmech.paper effective-study" from the reading "{name}". The inputs as printed are in fig2, fig4,
-fig6 and fig7: this study stands beside them, not in their place.
+Written by "python -m cellmech.paper effective-study" from the reading "{name}". The inputs as printed are in fig2,
+fig4, fig6 and fig7: this study stands beside them, not in their place.
 
 What it must show
 - docs/paper.md has its numbers beside the printed ones, and what speaks against it.
