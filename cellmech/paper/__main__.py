@@ -139,10 +139,13 @@ def _readings(options: argparse.Namespace) -> list[str]:
     if started.MPI.COMM_WORLD.rank != 0:
         return []
     there = [one for one in readings.READINGS if (place / one.name).is_dir()]
-    section = readings.reading_section([readings.score(one, paper, place) for one in there])
-    say(section.markdown())
-    _write(_figures(options) / "readings.md", section.markdown() + "\n")
-    _write(_figures(options) / "readings.csv", to_csv(section.records()))
+    scores = {one.name: readings.score(one, paper, place) for one in there}
+    sections = [readings.reading_section(list(scores.values()))]
+    if {"printed", readings.EFFECTIVE} <= scores.keys():
+        sections.append(readings.beside_section(scores["printed"], scores[readings.EFFECTIVE]))
+    say(sections[0].markdown())
+    _write(_figures(options) / "readings.md", "\n\n".join(section.markdown() for section in sections) + "\n")
+    _write(_figures(options) / "readings.csv", to_csv([r for s in sections for r in s.records()], ("section",)))
     return []
 
 

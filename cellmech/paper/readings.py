@@ -16,11 +16,11 @@ from pathlib import Path
 from typing import Any
 
 from cellmech.paper.misfit import log_ratio, misfit
-from cellmech.paper.numbers import OUTLINES, Number, all_numbers
+from cellmech.paper.numbers import OUTLINES, Number, all_numbers, row_label
 from cellmech.paper.ours import STUDIES, read_ours
-from cellmech.paper.places import all_places
+from cellmech.paper.places import TABLE_NAMES, all_places
 from cellmech.paper.printed import PLACES, TABLES, Paper
-from cellmech.paper.section import Row, Section, significant
+from cellmech.paper.section import NONE, Row, Section, significant, tone_of
 from cellmech.scene import Scene
 
 COARSE = {"mesh.order": 2, "mesh.size_um": 0.85, "mesh.grading": "uniform", "mesh.fade_rings": 0}
@@ -223,6 +223,27 @@ def reading_section(scores: Sequence[Score]) -> Section:
         record |= dict(zip(LIMITS, within, strict=True)) | {"shares_1": shares[0], "shares_3": shares[1]}
         rows.append(Row((*cells, f"{one.order_of_laws()} of 4"), record, ""))
     return Section("reading", "Readings of the paper", text, header, rows)
+
+
+def beside_section(first: Score, best: Score) -> Section:
+    """Number by number: the print, the inputs as printed, and the best reading."""
+    header = ("row", "quantity", "printed", "inputs as printed", "best reading", "of q − q0")
+    text = f"Best reading: {best.reading.text}. Last column: (ours − q0)/(printed − q0) in it, raw for shape indices."
+    before = {(n.table, n.row, n.quantity): n for n in first.numbers}
+    rows = []
+    for n in best.numbers:
+        key = n.table, n.row, n.quantity
+        old, ratio = (
+            before[key].ours if key in before else math.nan,
+            n.ratio if n.quantity == "SI" else n.ratio_from_rest,
+        )
+        mine, theirs = (NONE if math.isnan(value) else f"{value:.4g}" for value in (n.ours, old))
+        share = NONE if math.isnan(ratio) else significant(ratio, 2)
+        record = {"table": n.table, "row": n.row, "quantity": n.quantity, "printed": n.printed, "as_printed": old}
+        record |= {"best": n.ours, "ratio": ratio}
+        cells = (f"{TABLE_NAMES[n.table]}, {row_label(n)}", n.quantity, f"{n.printed:g}", theirs, mine, share)
+        rows.append(Row(cells, record, tone_of(ratio)))
+    return Section("beside", "The printed numbers in both readings", text, header, rows)
 
 
 def effective_study(reading: Reading, paper: Paper) -> str:

@@ -150,7 +150,7 @@ def tiles(comparison: Comparison, runs: Sequence[Runs]) -> list[Tile]:
         Tile(f"× {significant(comparison.median_ratio('sigma'), 2)}", "typical stress, ours over printed"),
         Tile(f"× {significant(comparison.median_ratio('J1'), 2)}", "typical strain J1 − 2, ours over printed"),
         Tile(f"{same} of {known}", "largest and smallest values where the paper has them"),
-        Tile(f"{bad} of {rows}", "printed rows that no load can produce"),
+        Tile(f"{bad} of {rows}", "printed rows that no load can produce with the printed moduli"),
     ]
 
 
