@@ -113,7 +113,7 @@ audit-runs: setup
 	-$(STUDY) $(AUDITS:%=studies/%.toml) --out $(RESULTS) $(WITH)
 
 # The reading of the paper that fits best, as cellmech.paper.readings names it.
-EFFECTIVE := in-plane-5
+EFFECTIVE := twice-6
 readings: setup ## readings of the paper, each on every row that it prints, and fits that predict what they have not seen
 	-mpirun -n $(N) $(PAPER) readings --results $(RESULTS)
 	$(PAPER) fit-readings --results $(RESULTS)

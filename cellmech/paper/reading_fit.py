@@ -16,7 +16,7 @@ from scipy.optimize import least_squares
 
 from cellmech.paper.misfit import log_ratio
 from cellmech.paper.printed import TABLES
-from cellmech.paper.readings import EFFECTIVE, Reading, Score, named
+from cellmech.paper.readings import Reading, Score, named
 from cellmech.paper.section import Row, Section, significant
 
 STEP = 0.05  # of a finite difference, in ln
@@ -47,7 +47,7 @@ class Plan:
 
 
 def _plans() -> tuple[Plan, ...]:
-    base = named(EFFECTIVE)
+    base = named("in-plane-5")
     stiffness, smear = {"cell.young_factor": (0.01, 1.0)}, {"cell.smear_um": (0.1, 1.0)}
     more = {"cell.beta_over_mu": (0.02, 2.5), "cell.fluid_lambda_Pa_s": (1e3, 1e5)}
     return (

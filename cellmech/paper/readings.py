@@ -27,7 +27,7 @@ COARSE = {"mesh.order": 2, "mesh.size_um": 0.85, "mesh.grading": "uniform", "mes
 """A mesh like the paper's: second order, 0.3 to 1 µm, which knows nothing of layers; maxima are at its nodes."""
 FACTOR = 1 / 19.3  # of every modulus, by which the printed strains of most rows are met
 LIMITS = {"5 %": math.log(1.05), "20 %": math.log(1.2), "a factor 2": math.log(2.0)}
-ROUGH = {"time.rtol": 0.01, "time.history": "auto", "stability": "warn"}
+ROUGH = {"time.rtol": 0.01, "time.history": True, "stability": "warn"}
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,12 @@ def _readings() -> tuple[Reading, ...]:
             plane | {"cell.fluid_lambda_Pa_s": 5e3},
         ),
         Reading("in-plane-3", "the same, λ_f × 3", plane | {"cell.fluid_lambda_Pa_s": 3e3}),
-        Reading("twice-5", "c_s twice, moduli / 10, λ_f × 5", twice | {"cell.fluid_lambda_Pa_s": 5e3}),
+        Reading(
+            "twice-6",
+            "moduli / 10, c_s twice, tr C in the plane, β = 0.1 µ, λ_f × 6",
+            twice | {"cell.fluid_lambda_Pa_s": 6e3},
+        ),
+        Reading("twice-5", "the same, λ_f × 5", twice | {"cell.fluid_lambda_Pa_s": 5e3}),
         Reading("twice", "the same, λ_f × 3", twice | {"cell.fluid_lambda_Pa_s": 3e3}),
         Reading("smeared-0.1", "in the plane, λ_f × 10, smeared 0.1 µm", plane | _smeared(0.1)),
         Reading("smeared-0.6", "the same, smeared 0.6 µm", plane | _smeared(0.6)),
@@ -89,7 +94,7 @@ def _readings() -> tuple[Reading, ...]:
 
 
 READINGS = _readings()
-EFFECTIVE = "in-plane-5"  # the one that fits best
+EFFECTIVE = "twice-6"  # the one that fits best
 
 
 def named(name: str) -> Reading:
@@ -177,7 +182,11 @@ def _is_at(scene: Scene, place: Mapping[str, float]) -> bool:
 
 
 def solve(reading: Reading, paper: Paper, out: Path, tables: Sequence[str] = TABLES, everything: bool = False) -> None:
-    """Solve what the paper prints numbers of, or all runs of these tables, into a folder a table. Collective."""
+    """Solve what the paper prints numbers of, or all runs of these tables, into a folder a table. Collective.
+
+    Raises:
+        SystemExit: with the study's status, when it was stopped or refused.
+    """
     from cellmech import study
 
     for table, names in rows_of(paper).items():
@@ -185,7 +194,9 @@ def solve(reading: Reading, paper: Paper, out: Path, tables: Sequence[str] = TAB
             continue
         chosen = [] if everything else [word for name in names for word in ("--only", name)]
         words = [str(STUDIES / f"{table}.toml"), "--out", str(out / reading.name / table), "--quiet", *chosen]
-        study.main([*words, "--set", *reading.overrides()])
+        status = study.main([*words, "--set", *reading.overrides()])
+        if status not in (0, 1):  # that some cases have no solution is part of what a reading says
+            raise SystemExit(status)
 
 
 def score(reading: Reading, paper: Paper, out: Path) -> Score:

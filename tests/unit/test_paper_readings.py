@@ -1,6 +1,7 @@
 """Readings of the paper: what they change, how they are scored, how their open numbers are fitted."""
 
 import math
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -10,7 +11,17 @@ from paper_files import as_printed, write_results
 from cellmech.paper.ours import STUDIES
 from cellmech.paper.printed import TABLES, read_paper
 from cellmech.paper.reading_fit import PLANS, fit, fit_section
-from cellmech.paper.readings import EFFECTIVE, READINGS, Score, effective_study, named, reading_section, rows_of, score
+from cellmech.paper.readings import (
+    EFFECTIVE,
+    READINGS,
+    Score,
+    effective_study,
+    named,
+    reading_section,
+    rows_of,
+    score,
+    solve,
+)
 from cellmech.study_file import load_study
 
 PAPER = read_paper()
@@ -132,3 +143,14 @@ def test_study_of_the_best_reading_has_a_case_a_printed_row():
         for name in names:
             scene = solved[name].model_copy(update={"title": ""})
             assert scene in [one.model_copy(update={"title": ""}) for one in cases.values()]
+
+
+@pytest.mark.parametrize("status", [0, 1, 2, 130, 143])
+def test_solving_ends_with_the_study_that_was_stopped(status, tmp_path: Path, monkeypatch):
+    """Cases without a solution are no reason to."""
+    asked = []
+    monkeypatch.setattr("cellmech.study.main", lambda words: asked.append(words) or status)
+    with nullcontext() if status in (0, 1) else pytest.raises(SystemExit, match=str(status)):
+        solve(AS_PRINTED, PAPER, tmp_path)
+    assert len(asked) == (4 if status in (0, 1) else 1)
+    assert asked[0][:3] == [str(STUDIES / "fig2.toml"), "--out", str(tmp_path / "printed" / "fig2")]
