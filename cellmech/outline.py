@@ -13,6 +13,7 @@ from cellmech.contact import Obstacle
 from cellmech.domain import Domain
 
 GAUSS_POINTS = 8
+SAMPLES = 9  # of an edge, its ends among them
 CLOSER_LOOKS, ZOOMS = 4, 3  # edges whose depth is looked for more closely, each time at a quarter of the distance
 # Where an edge's nodes lie between its ends, by their number: Basix's Gauss-Lobatto points.
 INNER_NODES = {2: (), 3: (0.5,), 4: (0.5 - 0.05**0.5, 0.5 + 0.05**0.5)}
@@ -100,25 +101,10 @@ class Outline:
         return self.comm.allreduce(length), self.comm.allreduce(area)
 
     def max_depth(self, u: fem.Function, obstacles: Iterable[Obstacle]) -> float:
-        """Largest depth of the outline in the obstacles [µm], at nodes and between them; -inf if empty. Collective.
-
-        About the deepest sample of each edge that comes near to the deepest of all it is looked for more closely: a
-        contact may be narrower than the samples are apart.
-        """
-        obstacles, x, s = list(obstacles), self.nodes(u), np.linspace(0.0, 1.0, 9)
-        if not obstacles or not len(x):
-            return self.comm.allreduce(-np.inf, op=MPI.MAX)
-        sampled = deepest(obstacles, along(x, s))
-        at, largest = s[np.argmax(sampled, axis=1)], np.max(sampled, axis=1)
-        near = np.argsort(largest)[-CLOSER_LOOKS:]
-        nodes, at, step = x[near], at[near], s[1]
-        for _ in range(ZOOMS):
-            looked = np.clip(at[:, None] + step * np.linspace(-1.0, 1.0, 9), 0.0, 1.0)
-            places = np.stack([_at(nodes, column) for column in looked.T], axis=1)
-            deep = deepest(obstacles, places)
-            at, step = np.take_along_axis(looked, np.argmax(deep, axis=1)[:, None], axis=1)[:, 0], step / 4
-            largest[near] = np.maximum(largest[near], np.max(deep, axis=1))
-        return self.comm.allreduce(float(np.max(largest)), op=MPI.MAX)
+        """Largest depth of the outline in the obstacles [µm], at nodes and between them; -inf if empty. Collective."""
+        obstacles, x = list(obstacles), self.nodes(u)
+        mine = float(np.max(_deepest_of_edges(x, obstacles)[1])) if obstacles and len(x) else -np.inf
+        return self.comm.allreduce(mine, op=MPI.MAX)
 
     def contact_length_x(self, u: fem.Function, obstacles: Iterable[Obstacle], threshold: float) -> float:
         """Length along x of the part of the deformed outline deeper than the threshold [µm]. Collective.
@@ -128,20 +114,48 @@ class Outline:
             obstacles: what is touched.
             threshold: depth at which the pressure falls to zero [µm].
         """
-        obstacles = list(obstacles)
-        x, s = self.nodes(u), np.linspace(0.0, 1.0, 9)
-        sampled = along(x, s)
+        obstacles, x = list(obstacles), self.nodes(u)
+        if not obstacles or not len(x):
+            return self.comm.allreduce(0.0)
+        s = np.tile(np.linspace(0.0, 1.0, SAMPLES), (len(x), 1))
+        s = np.sort(np.hstack([s, _deepest_of_edges(x, obstacles)[0][:, None]]), axis=1)
+        sampled = _on_each(x, s)
         inside = deepest(obstacles, sampled) > threshold
         a, b = inside[:, :-1], inside[:, 1:]
         run = np.abs(np.diff(sampled[..., 0], axis=1))
         total = float(np.sum(run[a & b]))
         edge, k = np.nonzero(a != b)
-        nodes, start, left, right = x[edge], a[edge, k], s[k], s[k + 1]
+        nodes, start, left, right = x[edge], a[edge, k], s[edge, k], s[edge, k + 1]
         for _ in range(ROUNDS if len(edge) else 0):
             left, right = _bisected(left, right, lambda s: (deepest(obstacles, _at(nodes, s)) > threshold) == start)
-        touching_end = np.where(start, s[k], s[k + 1])
+        touching_end = np.where(start, s[edge, k], s[edge, k + 1])
         total += float(np.sum(np.abs(_at(nodes, left) - _at(nodes, touching_end))[:, 0]))
         return self.comm.allreduce(total)
+
+
+def _deepest_of_edges(x: np.ndarray, obstacles: list[Obstacle]) -> tuple[np.ndarray, np.ndarray]:
+    """Where each edge lies deepest in the obstacles, and its depth there [µm]; shape (n_edges,) each.
+
+    About the deepest sample of an edge that comes near to the deepest of all it is looked for more closely: a contact
+    may be narrower than the samples are apart.
+    """
+    s = np.linspace(0.0, 1.0, SAMPLES)
+    sampled = deepest(obstacles, along(x, s))
+    places, largest = s[np.argmax(sampled, axis=1)], np.max(sampled, axis=1)
+    near = np.argsort(largest)[-CLOSER_LOOKS:]
+    nodes, step = x[near], s[1]
+    for _ in range(ZOOMS):
+        looked = np.clip(places[near, None] + step * np.linspace(-1.0, 1.0, SAMPLES), 0.0, 1.0)
+        deep = deepest(obstacles, _on_each(nodes, looked))
+        best, step = np.argmax(deep, axis=1)[:, None], step / 4
+        places[near] = np.take_along_axis(looked, best, axis=1)[:, 0]
+        largest[near] = np.maximum(largest[near], np.max(deep, axis=1))
+    return places, largest
+
+
+def _on_each(x: np.ndarray, s: np.ndarray) -> np.ndarray:
+    """Points of each edge at parameters of its own, shape (n_edges, m, 2) for s of shape (n_edges, m)."""
+    return np.stack([_at(x, column) for column in s.T], axis=1)
 
 
 def along(x: np.ndarray, s: np.ndarray) -> np.ndarray:

@@ -1,8 +1,16 @@
 """Where along an edge the contact ends."""
 
 import numpy as np
+import pytest
+from dolfinx import fem
+from mpi4py import MPI
 
+from cellmech.layering import mesh_plan
 from cellmech.outline import HALVINGS, _bisected
+from cellmech.scene_file import read_scene
+from cellmech.setup import Setup
+
+SCENE = read_scene({"mesh": {"size_um": 8.0}}, "test")
 
 
 def test_bisection_in_one_go_is_the_one_step_by_step():
@@ -21,3 +29,37 @@ def test_bisection_in_one_go_is_the_one_step_by_step():
         left, right = np.where(unchanged, middle, left), np.where(unchanged, right, middle)
     for one, other in zip(found, (left, right), strict=True):
         assert np.max(np.abs(one - other)) < 4e-16
+
+
+class Spike:
+    """A wedge narrower than the samples of an edge are apart, whose tip pokes into it; as an obstacle is."""
+
+    length_um = 1.0
+
+    def __init__(self, at, half_width):
+        self.at, self.half_width = at, half_width
+
+    def level_set(self, x, y):
+        """Depth, 0 at the wedge's sides and the deepest in its middle."""
+        return 1e-3 * (1 - np.abs(x - self.at) / self.half_width) - 0 * y
+
+    def gradient(self, x, y):
+        """Of length 1, so that the depth is the level set."""
+        return np.zeros_like(x), -np.ones_like(y)
+
+
+@pytest.mark.parametrize("half_width", [0.01, 0.2])
+def test_contact_narrower_than_the_samples_has_its_width(half_width):
+    """A force of 15 Pa um was told of on a contact that was 0 wide."""
+    run = Setup(SCENE, MPI.COMM_SELF, mesh_plan(SCENE)).create_run(lambda line: None)
+    outline, rest = run.outline, fem.Function(run.body.space)
+    x = outline.nodes(rest)
+    edge = x[np.argmin(np.abs(x[:, :2, 0].mean(axis=1) - 3.0))]
+    low, high = sorted(edge[:2, 0])
+    samples = low + (high - low) * np.linspace(0, 1, 9)
+    spike = Spike((samples[3] + samples[4]) / 2 + 1e-3 * (high - low), half_width * (samples[1] - samples[0]))
+    found = outline.contact_length_x(rest, [spike], 0.0)
+    twice = np.sum((x[..., 0].min(axis=1) < spike.at) & (x[..., 0].max(axis=1) > spike.at))  # below and above
+    assert twice == 2 and found == pytest.approx(twice * 2 * spike.half_width, rel=1e-6)
+    assert 0.5e-3 < outline.max_depth(rest, [spike]) <= 1e-3
+    run.close()
