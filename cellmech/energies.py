@@ -73,8 +73,13 @@ def mooney_rivlin(C: Invariants, *, lmbda, mu, beta):
 
     alpha = mu/2 - beta and lambda_MR = lambda + 2 mu/3; alpha < 0 at the printed beta = mu/0.4.
     """
+    return _mooney_rivlin(C, C.I2_less_root, lmbda, mu, beta)
+
+
+def _mooney_rivlin(C: Invariants, second, lmbda, mu, beta):
+    """Eq. 19 with `second` for I2 - 3 I3^(2/3) [Pa]."""
     alpha = mu / 2 - beta
-    return alpha * C.I1_less_root + beta * C.I2_less_root + (lmbda + 2 * mu / 3) / 2 * C.ln_J**2
+    return alpha * C.I1_less_root + beta * second + (lmbda + 2 * mu / 3) / 2 * C.ln_J**2
 
 
 @volumetric(LN_J)
@@ -84,9 +89,13 @@ def yeoh(C: Invariants, *, lmbda, mu, beta, i1_rest):
     alpha_Y1 = -0.5 alpha, alpha_Y2 = 0.1 alpha. i1_rest = 3 is free of stress at rest; i1_rest = 0 is eq. 20 as
     printed, whose stress at rest is -1.2 alpha I.
     """
+    return _yeoh(mooney_rivlin(C, lmbda=lmbda, mu=mu, beta=beta), C.I1_gap + (3 - i1_rest), mu, beta)
+
+
+def _yeoh(W, i1, mu, beta):
+    """Eq. 20 from eq. 19's energy W [Pa] and I1 less its reference."""
     alpha = mu / 2 - beta
-    i1 = C.I1_gap + (3 - i1_rest)
-    return mooney_rivlin(C, lmbda=lmbda, mu=mu, beta=beta) - 0.5 * alpha / 2 * i1**2 + 0.1 * alpha / 3 * i1**3
+    return W - 0.5 * alpha / 2 * i1**2 + 0.1 * alpha / 3 * i1**3
 
 
 LAWS: dict[str, Law] = {
@@ -103,17 +112,13 @@ def mooney_rivlin_in_plane(C: Invariants, *, lmbda, mu, beta):
 
     There tr C I - C = det C C^-1, so that I3 stands for I2 = I1 - 1 + I3.
     """
-    alpha = mu / 2 - beta
-    change = C.I3_gap - 3 * ((1 + C.I3_gap) ** (2 / 3) - 1)
-    return alpha * C.I1_less_root + beta * change + (lmbda + 2 * mu / 3) / 2 * C.ln_J**2
+    return _mooney_rivlin(C, C.I3_gap - 3 * ((1 + C.I3_gap) ** (2 / 3) - 1), lmbda, mu, beta)
 
 
 @volumetric(LN_J)
 def yeoh_in_plane(C: Invariants, *, lmbda, mu, beta, i1_rest):
     """Likewise, and with the in-plane tr C = I1 - 1 in eq. 20, of which i1_rest is taken off all the same [Pa]."""
-    alpha = mu / 2 - beta
-    i1 = C.I1_gap + (2 - i1_rest)
-    return mooney_rivlin_in_plane(C, lmbda=lmbda, mu=mu, beta=beta) - 0.5 * alpha / 2 * i1**2 + 0.1 * alpha / 3 * i1**3
+    return _yeoh(mooney_rivlin_in_plane(C, lmbda=lmbda, mu=mu, beta=beta), C.I1_gap + (2 - i1_rest), mu, beta)
 
 
 IN_PLANE: dict[str, Law] = LAWS | {"mooney-rivlin": mooney_rivlin_in_plane, "yeoh": yeoh_in_plane}
