@@ -59,7 +59,7 @@ study: setup ## the main job: the four constitutive laws under Table 1, into res
 	$(STUDY) studies/fig2.toml --out $(RESULTS)/fig2 $(WITH)
 
 test: setup ## the tests, the MPI ones included; the slowest verification is for make verify
-	$(PYTHON) -m pytest --numprocesses $(N) --dist loadfile $(ARGS)
+	$(PYTHON) -m pytest $(ARGS)
 
 verify: setup ## every case with a known answer, the slow ones too, as one table into results/verify
 	$(PYTHON) -m pytest -m "" --ladder $(RESULTS)/verify --no-header -q $(ARGS)
