@@ -11,6 +11,7 @@ import sys
 import traceback
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 from cellmech.errors import CellmechError, InputError
 from cellmech.names import path_there
@@ -129,12 +130,8 @@ def _readings(options: argparse.Namespace) -> list[str]:
     from cellmech.paper import readings
 
     paper, place = read_paper(options.paper), options.results / "readings"
-    unknown = [name for name in options.only if name not in {one.name for one in readings.READINGS}]
-    if unknown:
-        known = ", ".join(one.name for one in readings.READINGS)
-        raise InputError("--only", "", f"must be one of {known}", unknown[0])
-    chosen = [one for one in readings.READINGS if not options.only or one.name in options.only]
-    for one in chosen if not options.unsolved else ():
+    chosen = _chosen(readings.READINGS, options.only)
+    for one in () if options.unsolved else chosen:
         readings.solve(one, paper, place, everything=options.whole)
     if started.MPI.COMM_WORLD.rank != 0:
         return []
@@ -147,6 +144,19 @@ def _readings(options: argparse.Namespace) -> list[str]:
     _write(_figures(options) / "readings.md", "\n\n".join(section.markdown() for section in sections) + "\n")
     _write(_figures(options) / "readings.csv", to_csv([r for s in sections for r in s.records()], ("section",)))
     return []
+
+
+def _chosen(named: Sequence[Any], only: Sequence[str]) -> list[Any]:
+    """Those of these names, all without any.
+
+    Raises:
+        InputError: for a name that none has.
+    """
+    known = [one.name for one in named]
+    for name in only:
+        if name not in known:
+            raise InputError("--only", "", f"must be one of {', '.join(known)}", name)
+    return [one for one in named if not only or one.name in only]
 
 
 def _effective_study(options: argparse.Namespace) -> list[str]:
@@ -166,8 +176,8 @@ def _fit_readings(options: argparse.Namespace) -> list[str]:
         readings.solve(reading, paper, place, tables)
         return readings.score(reading, paper, place)
 
-    chosen = [plan for plan in reading_fit.PLANS if not options.only or plan.name in options.only]
-    section = reading_fit.fit_section([reading_fit.fit(plan, judge, _say) for plan in chosen])
+    plans = _chosen(reading_fit.PLANS, options.only)
+    section = reading_fit.fit_section([reading_fit.fit(plan, judge, _say) for plan in plans])
     say(section.markdown())
     _write(_figures(options) / "reading-fits.md", section.markdown() + "\n")
     _write(_figures(options) / "reading-fits.csv", to_csv(section.records()))

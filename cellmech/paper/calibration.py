@@ -19,7 +19,7 @@ from scipy.optimize import least_squares
 
 from cellmech.errors import SolveError
 from cellmech.figures.style import LAWS, QUANTITIES
-from cellmech.paper.misfit import log_ratio, misfit
+from cellmech.paper.misfit import log_ratio, misfit, one_sided
 from cellmech.paper.printed import RESTS, Paper
 from cellmech.study_file import load_study
 
@@ -141,13 +141,8 @@ class _Model:
         return np.array([log_ratio(found[law][q]) for law in self.laws for q in self.kind.targets])
 
     def jacobian(self, logs: np.ndarray) -> np.ndarray:
-        """Their one-sided differences, towards the inside of the bounds."""
-        here, columns = self.residuals(logs), []
-        for index in range(len(logs)):
-            moved = logs.copy()
-            moved[index] += STEP if logs[index] + STEP < self.most[index] else -STEP
-            columns.append((self.residuals(moved) - here) / (moved[index] - logs[index]))
-        return np.column_stack(columns)
+        """Their one-sided differences."""
+        return one_sided(self.residuals, logs, self.most, STEP)
 
 
 def fit(laws: Sequence[str], kind: Kind, printed: Printed, solve: Solve, most_load: float = math.inf) -> Fit:

@@ -11,9 +11,9 @@ from pathlib import Path
 
 from cellmech.figures.style import PAPER, provenance
 from cellmech.paper.bounds import Bounded, bound_section, bounded_rows, identity_section
-from cellmech.paper.numbers import Number, all_numbers, implied_means, mean_section, number_sections
+from cellmech.paper.numbers import Number, all_numbers, implied_means, judged, mean_section, number_sections
 from cellmech.paper.ours import Ours, read_ours
-from cellmech.paper.places import TABLE_NAMES, Place, all_places, place_section
+from cellmech.paper.places import TABLE_NAMES, Place, all_places, extremes, place_section
 from cellmech.paper.printed import PAPER_NUMBERS, Paper, at, read_paper
 from cellmech.paper.section import Section, significant
 from cellmech.paper.twins import share_section, twin_section, unsolved_section
@@ -63,7 +63,7 @@ class Comparison:
 
     def judged(self) -> list[Number]:
         """The numbers to count: no misprints, and of the shape index the nearest of three."""
-        return [n for n in self.numbers if not n.is_misprint and (n.quantity != "SI" or n.note or math.isnan(n.ours))]
+        return judged(self.numbers)
 
     def median_ratio(self, quantity: str) -> float:
         """The middle one of a quantity's ratios of q − q0; NaN when there is none."""
@@ -79,8 +79,7 @@ class Comparison:
 
     def extremes(self) -> tuple[int, int]:
         """How many extremes are where the paper has them, and of how many that can be judged."""
-        known = [place.agrees for place in self.places if place.counts and place.agrees is not None]
-        return sum(known), len(known)
+        return extremes(self.places)
 
     def impossible(self) -> tuple[int, int]:
         """How many printed rows no load can produce, by their stress or their J2, and of how many that were checked."""

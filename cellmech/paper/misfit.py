@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+
+import numpy as np
 
 LOST = math.log(1000)  # what a number of the other sign counts, one without a solution, and the most any can
 
@@ -11,6 +13,28 @@ LOST = math.log(1000)  # what a number of the other sign counts, one without a s
 def log_ratio(ratio: float) -> float:
     """The ln of a ratio, within ± LOST; LOST where there is none."""
     return max(-LOST, min(LOST, math.log(ratio))) if ratio > 0 else LOST
+
+
+def one_sided(
+    residuals: Callable[[np.ndarray], np.ndarray], logs: np.ndarray, most: np.ndarray, step: float
+) -> np.ndarray:
+    """Derivatives of residuals by one-sided differences of the logarithms, towards the inside of the bounds.
+
+    Args:
+        residuals: of the logarithms of what is fitted, shape (n,).
+        logs: where; shape (n_free,).
+        most: upper bounds.
+        step: of a difference.
+
+    Returns:
+        Shape (n, n_free).
+    """
+    here, columns = residuals(logs), []
+    for index in range(len(logs)):
+        moved = logs.copy()
+        moved[index] += step if logs[index] + step < most[index] else -step
+        columns.append((residuals(moved) - here) / (moved[index] - logs[index]))
+    return np.column_stack(columns)
 
 
 def misfit(ratios: Iterable[float]) -> float:

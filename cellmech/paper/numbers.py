@@ -89,6 +89,11 @@ class Number:
         return (self.ours - self.rest) / gap if abs(gap) > 1e-9 else math.nan
 
     @property
+    def score(self) -> float:
+        """The ratio that counts: of the differences from rest; raw for a shape index, whose rest is not known."""
+        return self.ratio if self.quantity == "SI" else self.ratio_from_rest
+
+    @property
     def sign(self) -> str:
         """Of ours - printed."""
         difference = self.ours - self.printed
@@ -108,6 +113,11 @@ class Number:
 def all_numbers(paper: Paper, ours: Ours) -> list[Number]:
     """Every printed number; a shape index three times, once for each outline it may be of."""
     return [number for row in paper.rows for number in _numbers_of(row, ours.at(row))]
+
+
+def judged(numbers: Iterable[Number]) -> list[Number]:
+    """The numbers to count: no misprints, and of the shape index the nearest of three."""
+    return [n for n in numbers if not n.is_misprint and (n.quantity != "SI" or n.note or math.isnan(n.ours))]
 
 
 def _numbers_of(row: PrintedRow, slot: Slot) -> Iterator[Number]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -61,6 +61,12 @@ def all_places(paper: Paper, ours: Ours, numbers: Sequence[Number]) -> list[Plac
     by_name = [place for table in NAMED for place in _named(table, ours, numbers)]
     by_place = [place for table in SWEEPS for place in _swept(table, paper, ours)]
     return by_name + by_place + [*_series(paper, ours)]
+
+
+def extremes(places: Iterable[Place]) -> tuple[int, int]:
+    """How many extremes are where the paper has them, and of how many that can be judged."""
+    known = [place.agrees for place in places if place.counts and place.agrees is not None]
+    return sum(known), len(known)
 
 
 def _named(table: str, ours: Ours, numbers: Sequence[Number]) -> Iterator[Place]:

@@ -10,13 +10,14 @@ import json
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from scipy.optimize import least_squares
 
-from cellmech.paper.misfit import log_ratio
+from cellmech.paper.misfit import one_sided
 from cellmech.paper.printed import TABLES
-from cellmech.paper.readings import Reading, Score, named
+from cellmech.paper.readings import Reading, Score, misfits, named, within
 from cellmech.paper.section import Row, Section, significant
 
 STEP = 0.05  # of a finite difference, in ln
@@ -90,20 +91,13 @@ def fit(plan: Plan, judge: Judge, note: Callable[[str], None] = lambda line: Non
     def residuals(logs: np.ndarray) -> np.ndarray:
         one = reading(logs)
         if one.name not in known:
-            known[one.name] = [log_ratio(ratio) for ratio in judge(one, plan.tables).maxima(plan.tables)]
-            note(f"{one.name}: rms {math.sqrt(np.mean(np.square(known[one.name]))):.3f}")
+            known[one.name] = judge(one, plan.tables).logs(plan.tables, shapes=False)
+            note(f"{one.name}: rms {misfits(known[one.name])[0]:.3f}")
         return np.array(known[one.name])
 
-    def differences(logs: np.ndarray) -> np.ndarray:
-        here, columns = residuals(logs), []
-        for k in range(len(keys)):
-            moved = logs.copy()
-            moved[k] += STEP if logs[k] + STEP < most[k] else -STEP
-            columns.append((residuals(moved) - here) / (moved[k] - logs[k]))
-        return np.column_stack(columns)
-
+    slopes = partial(one_sided, residuals, most=most, step=STEP)
     found = least_squares(
-        residuals, start, differences, (least, most), loss="soft_l1", xtol=ENOUGH, ftol=ENOUGH, max_nfev=ROUNDS
+        residuals, start, slopes, (least, most), loss="soft_l1", xtol=ENOUGH, ftol=ENOUGH, max_nfev=ROUNDS
     )
     best = reading(found.x)
     return Fitted(plan, {key: best.settings[key] for key in keys}, judge(best, TABLES), len(known))
@@ -120,9 +114,8 @@ def fit_section(fits: Sequence[Fitted]) -> Section:
     for one in fits:
         found = ", ".join(f"{key} = {significant(value, 3)}" for key, value in one.values.items())
         for table in TABLES:
-            logs = [abs(log_ratio(ratio)) for ratio in one.score.maxima((table,))]
-            rms, median = float(np.sqrt(np.mean(np.square(logs)))), float(np.median(logs))
-            near = [sum(log <= math.log(factor) for log in logs) for factor in (1.2, 2.0)]
+            logs = one.score.logs((table,), shapes=False)
+            (rms, median), near = misfits(logs), within(logs)[1:]
             name = f"**{table}**" if table in one.plan.tables else table
             numbers = (str(len(logs)), significant(rms, 2), significant(median, 2), *map(str, near))
             record = {"fit": one.plan.name, "found": json.dumps(dict(one.values)), "table": table, "rms": rms}

@@ -7,7 +7,6 @@ ellipticity, as the paper's program must have done.
 
 from __future__ import annotations
 
-import json
 import math
 import statistics
 from collections.abc import Iterable, Mapping, Sequence
@@ -15,13 +14,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from cellmech.paper.misfit import log_ratio, misfit
-from cellmech.paper.numbers import OUTLINES, Number, all_numbers, row_label
-from cellmech.paper.ours import STUDIES, read_ours
-from cellmech.paper.places import TABLE_NAMES, all_places
+from cellmech.paper.misfit import LOST, log_ratio
+from cellmech.paper.numbers import OUTLINES, Number, all_numbers, judged, row_label
+from cellmech.paper.ours import STUDIES, Ours, Slot, read_ours
+from cellmech.paper.places import MAXIMA, TABLE_NAMES, all_places, extremes
 from cellmech.paper.printed import PLACES, TABLES, Paper
 from cellmech.paper.section import NONE, Row, Section, significant, tone_of
+from cellmech.paper.study_files import study_text
 from cellmech.scene import Scene
+from cellmech.scene_file import read_scene
+from cellmech.scene_keys import put
 
 COARSE = {"mesh.order": 2, "mesh.size_um": 0.85, "mesh.grading": "uniform", "mesh.fade_rings": 0}
 """A mesh like the paper's: second order, 0.3 to 1 µm, which knows nothing of layers; maxima are at its nodes."""
@@ -120,65 +122,46 @@ class Score:
         """Those of some tables: maxima and shape indices, or shares."""
         return [n for n in self.numbers if n.table in tables and n.quantity.startswith("share_") == shares]
 
-    def ratios(self, tables: Iterable[str] = TABLES) -> list[float]:
-        """Ours / printed of the differences from rest, raw for shape indices; 0 where there is no number of ours."""
-        found = [n.ratio if n.quantity == "SI" else n.ratio_from_rest for n in self.of(tables)]
-        return [0.0 if math.isnan(ratio) else ratio for ratio in found]
+    def logs(self, tables: Iterable[str] = TABLES, shapes: bool = True) -> list[float]:
+        """Of ours over printed, with or without shape indices; `LOST` where there is no number of ours."""
+        found = [n.score for n in self.of(tables) if shapes or n.quantity != "SI"]
+        return [LOST if math.isnan(ratio) else log_ratio(ratio) for ratio in found]
 
-    def maxima(self, tables: Iterable[str]) -> list[float]:
-        """The same without the shape indices, which there are three of."""
-        found = [n.ratio_from_rest for n in self.of(tables) if n.quantity != "SI"]
-        return [0.0 if math.isnan(ratio) else ratio for ratio in found]
-
-    def misfit(self, tables: Iterable[str] = TABLES) -> tuple[float, float]:
-        """Root mean square and median of |ln ratio|."""
-        ratios = self.ratios(tables)
-        return misfit(ratios), statistics.median(abs(log_ratio(ratio)) for ratio in ratios)
-
-    def within(self, tables: Iterable[str] = TABLES) -> list[int]:
-        """How many numbers are within each of `LIMITS`."""
-        logs = [abs(log_ratio(ratio)) for ratio in self.ratios(tables)]
-        return [sum(log <= limit for log in logs) for limit in LIMITS.values()]
+    def order_of_laws(self) -> int:
+        """For how many of sigma, J1, J2, J3 the four laws come in the printed order."""
+        same = 0
+        for quantity in MAXIMA:
+            rows = [n for n in self.of(("fig2",)) if n.quantity == quantity]
+            same += sorted(rows, key=lambda n: n.printed) == sorted(rows, key=_ours)
+        return same
 
     def shares_within(self, percent: float) -> int:
         """How many printed shares are met within so many of their per cents."""
         return sum(abs(n.ours - n.printed) <= percent + n.half_digit for n in self.of(shares=True))
-
-    def order_of_laws(self) -> int:
-        """For how many of sigma, J1, J2, J3 the four laws come in the printed order."""
-        rows = {q: [n for n in self.of(("fig2",)) if n.quantity == q] for q in ("sigma", "J1", "J2", "J3")}
-        by = [[n.row for n in sorted(of, key=lambda n: -value(n))] for of in rows.values() for value in (_print, _ours)]
-        return sum(theirs == ours for theirs, ours in zip(by[::2], by[1::2], strict=True))
-
-
-def _print(number: Number) -> float:
-    return number.printed
 
 
 def _ours(number: Number) -> float:
     return -math.inf if math.isnan(number.ours) else number.ours
 
 
+def misfits(logs: Sequence[float]) -> tuple[float, float]:
+    """Root mean square and median of |ln ratio|."""
+    return math.sqrt(statistics.fmean(log**2 for log in logs)), statistics.median(map(abs, logs))
+
+
+def within(logs: Sequence[float]) -> list[int]:
+    """How many ratios are within each of `LIMITS`."""
+    return [sum(abs(log) <= limit for log in logs) for limit in LIMITS.values()]
+
+
 def rows_of(paper: Paper) -> dict[str, list[str]]:
     """Table -> names of the study's cases that the paper prints numbers of."""
     from cellmech.study_file import load_study
 
-    found: dict[str, list[str]] = {}
-    for table in TABLES:
-        cases = load_study(STUDIES / f"{table}.toml").cases
-        for row in paper.table(table).values():
-            named = [case.name for case in cases if case.name == row.name] or [
-                case.name for case in cases if row.place and _is_at(case.scene, row.place)
-            ]
-            found.setdefault(table, []).extend(name for name in named[:1] if name not in found.get(table, []))
-    return found
-
-
-def _is_at(scene: Scene, place: Mapping[str, float]) -> bool:
-    return all(
-        math.isclose(getattr(getattr(scene.layer, PLACES[key][0]), PLACES[key][1]), value)
-        for key, value in place.items()
-    )
+    studies = {table: load_study(STUDIES / f"{table}.toml").cases for table in TABLES}
+    planned = Ours({table: tuple(Slot(c.name, c.scene, (), None) for c in cases) for table, cases in studies.items()})
+    names = {table: [planned.at(row).name for row in paper.table(table).values()] for table in TABLES}
+    return {table: list(dict.fromkeys(of)) for table, of in names.items()}
 
 
 def solve(reading: Reading, paper: Paper, out: Path, tables: Sequence[str] = TABLES, everything: bool = False) -> None:
@@ -207,9 +190,8 @@ def score(reading: Reading, paper: Paper, out: Path) -> Score:
     """
     ours = read_ours(out / reading.name)
     numbers = all_numbers(paper, ours)
-    judged = [n for n in numbers if not n.is_misprint and (n.quantity != "SI" or n.note or _lost_outline(n))]
-    known = [place.agrees for place in all_places(paper, ours, numbers) if place.counts and place.agrees is not None]
-    return Score(reading, judged, (sum(known), len(known)))
+    kept = [n for n in judged(numbers) if n.quantity != "SI" or n.note or _lost_outline(n)]
+    return Score(reading, kept, extremes(all_places(paper, ours, numbers)))
 
 
 def _lost_outline(number: Number) -> bool:
@@ -227,11 +209,11 @@ def reading_section(scores: Sequence[Score]) -> Section:
     )
     rows = []
     for one in scores:
-        (rms, median), within = one.misfit(), one.within()
+        (rms, median), near = misfits(one.logs()), within(one.logs())
         shares = [one.shares_within(1), one.shares_within(3)]
-        cells = (one.reading.text, significant(rms, 2), significant(median, 2), *map(str, [*within, *shares]))
+        cells = (one.reading.text, significant(rms, 2), significant(median, 2), *map(str, [*near, *shares]))
         record = {"reading": one.reading.name, "rms": rms, "median": median}
-        record |= dict(zip(LIMITS, within, strict=True)) | {"shares_1": shares[0], "shares_3": shares[1]}
+        record |= dict(zip(LIMITS, near, strict=True)) | {"shares_1": shares[0], "shares_3": shares[1]}
         rows.append(Row((*cells, f"{one.order_of_laws()} of 4"), record, ""))
     return Section("reading", "Readings of the paper", text, header, rows)
 
@@ -243,11 +225,8 @@ def beside_section(first: Score, best: Score) -> Section:
     before = {(n.table, n.row, n.quantity): n for n in first.numbers}
     rows = []
     for n in best.numbers:
-        key = n.table, n.row, n.quantity
-        old, ratio = (
-            before[key].ours if key in before else math.nan,
-            n.ratio if n.quantity == "SI" else n.ratio_from_rest,
-        )
+        old = before[n.table, n.row, n.quantity].ours
+        ratio = n.score
         mine, theirs = (NONE if math.isnan(value) else f"{value:.4g}" for value in (n.ours, old))
         share = NONE if math.isnan(ratio) else significant(ratio, 2)
         record = {"table": n.table, "row": n.row, "quantity": n.quantity, "printed": n.printed, "as_printed": old}
@@ -259,26 +238,16 @@ def beside_section(first: Score, best: Score) -> Section:
 
 def effective_study(reading: Reading, paper: Paper) -> str:
     """The study of a reading: its settings, and a case for each row that the paper prints numbers of."""
-    tables: dict[str, list[str]] = {}
-    for key, value in (ROUGH | dict(reading.settings)).items():
-        table, _, name = key.rpartition(".")
-        tables.setdefault(table, []).append(f"{name} = {json.dumps(value)}")
-    body = [*tables.pop("", []), ""]
-    for table, lines in tables.items():
-        body += [f"[{table}]", *lines, ""]
-    for name, settings in effective_cases(paper).items():
-        body += ["[[case]]", f"name = {json.dumps(name)}"]
-        body += [f"{json.dumps(key)} = {json.dumps(value)}" for key, value in settings.items()] + [""]
-    head = HEAD.format(text=reading.text, name=reading.name)
-    lines = [*(f"# {line}".rstrip() for line in head.splitlines()), "schema = 1"]
-    return (
-        "\n".join([*lines, 'title = "The paper\'s rows in the reading that fits them best"', *body]).rstrip("\n") + "\n"
+    head, cases = HEAD.format(text=reading.text, name=reading.name), effective_cases(paper)
+    return study_text(
+        "The paper's rows in the reading that fits them best", head, cases, ROUGH | dict(reading.settings)
     )
 
 
 def effective_cases(paper: Paper) -> dict[str, dict[str, Any]]:
     """Name of each printed row -> what sets its scene apart from Table 1's; a row printed twice once."""
     found: dict[str, dict[str, Any]] = {}
+    scenes: list[Scene] = []
     for row in paper.rows:
         settings: dict[str, Any] = {}
         if row.table in ("fig2", "table3"):
@@ -286,20 +255,13 @@ def effective_cases(paper: Paper) -> dict[str, dict[str, Any]]:
         if row.table == "table3":
             settings["time.end_s"] = 24000.0
         settings |= {f"layer.{PLACES[key][0]}.{PLACES[key][1]}": value for key, value in row.place.items()}
-        if Scene.model_validate(_nested(settings)) not in [Scene.model_validate(_nested(s)) for s in found.values()]:
+        data: dict[str, Any] = {}
+        for key, value in settings.items():
+            put(data, key, value, row.name)
+        if (scene := read_scene(data, row.name)) not in scenes:
+            scenes.append(scene)
             found[f"{row.table} {row.name}"] = settings
     return found
-
-
-def _nested(settings: Mapping[str, Any]) -> dict[str, Any]:
-    tree: dict[str, Any] = {}
-    for key, value in settings.items():
-        *path, name = key.split(".")
-        at = tree
-        for part in path:
-            at = at.setdefault(part, {})
-        at[name] = value
-    return tree
 
 
 HEAD = """The rows of the paper that have printed numbers; not with its inputs, but in the reading that comes nearest:

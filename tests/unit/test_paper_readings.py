@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from paper_files import as_printed, write_results
 
+from cellmech.paper.__main__ import main
 from cellmech.paper.ours import STUDIES
 from cellmech.paper.printed import TABLES, read_paper
 from cellmech.paper.reading_fit import PLANS, fit, fit_section
@@ -16,11 +17,13 @@ from cellmech.paper.readings import (
     READINGS,
     Score,
     effective_study,
+    misfits,
     named,
     reading_section,
     rows_of,
     score,
     solve,
+    within,
 )
 from cellmech.study_file import load_study
 
@@ -49,10 +52,10 @@ def test_readings_have_names_of_their_own_and_begin_with_the_print():
 def test_results_as_printed_score_full_marks(tmp_path: Path):
     write_results(tmp_path / "printed", as_printed)
     one = score(AS_PRINTED, PAPER, tmp_path)
-    assert max(map(abs, map(math.log, one.maxima(TABLES)))) < 1e-12
+    assert max(map(abs, one.logs(shapes=False))) < 1e-12
     assert one.order_of_laws() == 4
     maxima = [n for n in one.of() if n.quantity != "SI"]
-    assert one.within(("fig2",)) == [16, 16, 16] and len(maxima) == len(one.maxima(TABLES))
+    assert within(one.logs(("fig2",))) == [16, 16, 16] and len(maxima) == len(one.logs(shapes=False))
 
 
 def test_score_counts_factors_of_differences_from_rest(tmp_path: Path):
@@ -64,8 +67,8 @@ def test_score_counts_factors_of_differences_from_rest(tmp_path: Path):
 
     write_results(tmp_path / "printed", off)
     one = score(AS_PRINTED, PAPER, tmp_path)
-    assert one.within(("fig2",)) == [0, 16, 16]
-    rms, median = one.misfit(("fig2",))
+    assert within(one.logs(("fig2",))) == [0, 16, 16]
+    rms, median = misfits(one.logs(("fig2",)))
     assert rms == pytest.approx(math.log(1.15), rel=1e-9) and median == pytest.approx(rms, rel=1e-9)
     section = reading_section([one])
     assert section.rows[0].cells[0] == AS_PRINTED.text and section.rows[0].cells[2] == "0.14"
@@ -74,8 +77,8 @@ def test_score_counts_factors_of_differences_from_rest(tmp_path: Path):
 def test_number_without_a_solution_counts_as_a_factor_of_a_thousand(tmp_path: Path):
     write_results(tmp_path / "printed", as_printed, leave_out=("table3",))
     one = score(AS_PRINTED, PAPER, tmp_path)
-    assert one.ratios(("table3",)) == [0.0] * 15  # one shape index a row, whichever it would be nearest to
-    assert one.misfit(("table3",))[0] == pytest.approx(math.log(1000))
+    assert one.logs(("table3",)) == [math.log(1000)] * 15  # one shape index a row, whichever it would be nearest to
+    assert misfits(one.logs(("table3",)))[0] == pytest.approx(math.log(1000))
 
 
 @dataclass(frozen=True)
@@ -84,10 +87,10 @@ class Closed:
 
     reading: object
 
-    def maxima(self, tables):
+    def logs(self, tables, shapes=True):
         settings = self.reading.settings
         softness, smear = 0.05 / settings["cell.young_factor"], 0.4 / settings["cell.smear_um"]
-        return [softness, softness**2, smear] * len(tables)
+        return [math.log(ratio) for ratio in (softness, softness**2, smear)] * len(tables)
 
 
 def test_fit_finds_the_numbers_that_meet_the_print():
@@ -154,3 +157,13 @@ def test_solving_ends_with_the_study_that_was_stopped(status, tmp_path: Path, mo
         solve(AS_PRINTED, PAPER, tmp_path)
     assert len(asked) == (4 if status in (0, 1) else 1)
     assert asked[0][:3] == [str(STUDIES / "fig2.toml"), "--out", str(tmp_path / "printed" / "fig2")]
+
+
+def test_makefile_draws_the_best_reading():
+    assert f"\nEFFECTIVE := {EFFECTIVE}\n" in (STUDIES.parent / "Makefile").read_text(encoding="utf-8")
+
+
+def test_readings_and_fits_that_there_are_not_are_refused(capsys):
+    for command in ("readings", "fit-readings"):
+        assert main([command, "--only", "nonesuch"]) == 2
+        assert "--only: must be one of" in capsys.readouterr().err
