@@ -33,6 +33,7 @@ from typing import Any
 from cellmech.accuracy import Assessed, assess, bears_on, numbers, refinements
 from cellmech.scene import Scene
 from cellmech.scene_file import read_scene, scene_to_toml
+from cellmech.scene_keys import put
 from cellmech.sealed import plain
 from cellmech.study_file import Case
 
@@ -148,18 +149,10 @@ def solve(scene: Scene, forced: str) -> dict[str, Any]:
 
 def scene_of(variant: Variant, settings: dict[str, Any]) -> Scene:
     """Table 1 with what differs from it."""
-    return read_scene(_nested(json.loads(variant.scene) | settings), "needs")
-
-
-def _nested(flat: dict[str, Any]) -> dict[str, Any]:
-    tables: dict[str, Any] = {}
-    for key, value in flat.items():
-        *above, last = key.split(".")
-        table = tables
-        for name in above:
-            table = table.setdefault(name, {})
-        table[last] = value
-    return tables
+    data: dict[str, Any] = {}
+    for key, value in (json.loads(variant.scene) | settings).items():
+        put(data, key, value, "needs")
+    return read_scene(data, "needs")
 
 
 # In the first process

@@ -16,6 +16,15 @@ from cellmech.residual import Body, State, contact_work, kinetic_energy, load_wo
 Fields: TypeAlias = dict[str, np.ndarray]
 
 
+def owned_values(form: Any) -> np.ndarray:
+    """A compiled linear form assembled: the values that this rank owns, shape (n,). Collective."""
+    vector: PETSc.Vec = petsc.assemble_vector(form)
+    vector.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
+    values = vector.getArray().copy()
+    vector.destroy()  # petsc4py keeps what is merely dropped
+    return values
+
+
 class Ledger:
     """Integrates the works over accepted steps, force and path as quadratics through the last three of them.
 
@@ -51,11 +60,7 @@ class Ledger:
     def _assemble(self, name: str) -> np.ndarray:
         if name not in self._terms:
             return np.zeros(self._owned)
-        vector: PETSc.Vec = petsc.assemble_vector(self._terms[name])
-        vector.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
-        values = vector.getArray().copy()
-        vector.destroy()  # petsc4py keeps what is merely dropped
-        return values
+        return owned_values(self._terms[name])
 
     def _sum(self, values: Any) -> Any:
         return self.body.domain.mesh.comm.allreduce(values)

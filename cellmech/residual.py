@@ -188,6 +188,10 @@ class State:
         """d^2u/dt^2 [µm/s^2]."""
         return self.ddt(self.velocity(), self.v_n, self.v_nn)
 
+    def nodal_velocity(self, a: Sequence[float]) -> np.ndarray:
+        """The velocity's nodal values by the formula of a step, a [1/s], on this rank with ghosts [µm/s], flat."""
+        return np.asarray(a[0] * self.u.x.array + a[1] * self.u_n.x.array + a[2] * self.u_nn.x.array)
+
     def offsets(self) -> list[list[float]]:
         """The translations now and at the two times before [µm]."""
         return [d.offset.value.tolist() for d in (self.now, self.before, self.earlier)]
@@ -217,7 +221,7 @@ class State:
         self.split()
         if inertia:
             self.v_nn.x.array[:] = self.v_n.x.array
-            self.v_n.x.array[:] = a[0] * self.u.x.array + a[1] * self.u_n.x.array + a[2] * self.u_nn.x.array
+            self.v_n.x.array[:] = self.nodal_velocity(a)
         self.earlier.take(self.before)
         self.before.take(self.now)
 

@@ -6,10 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import ufl
-from dolfinx.fem import petsc
-from petsc4py import PETSc
 
 from cellmech.contact import Contact
+from cellmech.energy import owned_values
 from cellmech.forms import compile_form
 from cellmech.outline import along, deepest, depth, slope
 from cellmech.residual import contact_work
@@ -130,11 +129,8 @@ def _finely_on_the_outline(run: Run) -> np.ndarray:
 def _finely_inside(run: Run) -> np.ndarray:
     """The force of the volume forms [Pa µm] by quadrature of a higher degree, shape (2,). Collective."""
     w, body = ufl.TestFunction(run.body.space), replace(run.body, contact_degree=INSIDE * run.body.contact_degree)
-    vector = petsc.assemble_vector(compile_form(contact_work(body, run.state, w), run.comm))
-    vector.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
-    force = vector.getArray().reshape(-1, 2).sum(axis=0)
-    vector.destroy()  # petsc4py keeps what is merely dropped
-    return run.comm.allreduce(force)
+    values = owned_values(compile_form(contact_work(body, run.state, w), run.comm))
+    return run.comm.allreduce(values.reshape(-1, 2).sum(axis=0))
 
 
 def doubts(run: Run, axis: float | None) -> dict[str, str]:

@@ -156,9 +156,7 @@ class Run:
         if self.body.density is not None:
             sizes.append((size(self._deforming(self.u)), size(self._deforming(error)), small))
         if self.body.density is not None and formula is not None:
-            states = self.state.u, self.state.u_n, self.state.u_nn
-            velocity = sum(a * u.x.array for a, u in zip(formula, states, strict=True))
-            rate = formula[0]
+            velocity, rate = self.state.nodal_velocity(formula), formula[0]
             sizes.append((size(self._mean(velocity)), size(self._mean(rate * error)), rate * small))
         largest = [*self.largest, *[0.0] * len(sizes)]
         self._largest_now = [max(now, before) for (now, _, _), before in zip(sizes, largest, strict=False)]
