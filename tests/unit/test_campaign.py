@@ -274,6 +274,16 @@ VERDICTS = {
     "round-off that is none": ({}, ROUND_OFF, "verdict SUSPECT"),
     "program": ({}, "internal error: KeyError", "crash"),
     "fall": ({"cell": {"inertia": True, "gap_um": 10.0}}, NO_WAY, "verdict SUSPECT"),
+    "fall of a law that gives in early": (
+        {"cell": {"inertia": True, "gap_um": 10.0, "law": "saint-venant"}},
+        NO_WAY,
+        "verdict supported",
+    ),
+    "mesh": (
+        {"cell": {"shape": "full"}},
+        "the mesh is too coarse to tell whether the cell slides",
+        "verdict supported",
+    ),
     "hard fall": ({"cell": {"inertia": True, "gap_um": 1e5}, "load": {"factor": 100.0}}, NO_WAY, "verdict supported"),
 }
 
