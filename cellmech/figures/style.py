@@ -37,6 +37,7 @@ RC = {
     "svg.fonttype": "none",
 }
 SMALL, TINY = 9.5, 8.5  # font sizes
+MOST_NAMED = 4  # cases in a line of small print
 
 LAYER_COLOURS = {  # the paper's, from the inside out; the index is the code in the field files
     "nucleoplasm": "#3a76c4",
@@ -170,7 +171,8 @@ def provenance(study: StudyResult) -> str:
         f"load factor {_span(f'{case.scene.load.factor:g}' for case in cases)}",
     ]
     if beyond := [name for name, case in study.cases.items() if case.beyond_ellipticity]:
-        parts.append(f"beyond the loss of ellipticity, so dependent on the mesh: {', '.join(beyond)}")
+        which = ", ".join(beyond) if len(beyond) <= MOST_NAMED else f"{len(beyond)} of {len(cases)} cases"
+        parts.append(f"beyond the loss of ellipticity, so dependent on the mesh: {which}")
     sources = {str(case.result["source_hash"])[:10] for case in cases if case.result.get("source_hash")}
     return "   ·   ".join([*parts, *([f"sources {', '.join(sorted(sources))}"] if sources else [])])
 

@@ -20,13 +20,13 @@ from cellmech.figures import render as render
 from cellmech.figures.curves import draw_curves
 from cellmech.figures.geometry_figure import draw_geometry
 from cellmech.figures.number_tables import fig2_table
-from cellmech.figures.results import read_study
+from cellmech.figures.results import StudyResult, read_study
 from cellmech.figures.shapes import draw_shapes, magnification, read_pose
 from cellmech.figures.style import LAWS as LOOKS
-from cellmech.figures.style import LAYER_COLOURS, SUBSTRATE, printed, save, spread, style
+from cellmech.figures.style import LAYER_COLOURS, SUBSTRATE, printed, provenance, save, spread, style
 from cellmech.figures.substrate import band, outline_of, polygons, surface_at
 from cellmech.plots import PAPER_NUMBERS
-from cellmech.result import load
+from cellmech.result import Result, load
 from cellmech.scene import Scene
 from cellmech.sealed import file_hashes, sealed
 
@@ -388,3 +388,14 @@ def test_made_up_histories_have_the_columns_of_the_contract(tmp_path: Path) -> N
     with open(tmp_path / LAWS[0] / "history.csv", newline="") as stream:
         columns = next(csv.reader(stream))
     assert {"t_s", "nucleus.sigma_mises_max_Pa", "nucleus.J1_max", "nucleus.J2_max", "nucleus.J3_max"} <= set(columns)
+
+
+@pytest.mark.parametrize(
+    ("beyond", "told"), [(0, None), (2, "on the mesh: case 0, case 1"), (9, "on the mesh: 9 of 12 cases")]
+)
+def test_small_print_says_which_cases_are_beyond_ellipticity(beyond: int, told: str | None) -> None:
+    """By name, or how many where the line would not hold their names."""
+    since = {True: {"beyond_ellipticity": {"since_s": 5.0}}, False: {"beyond_ellipticity": {"since_s": None}}}
+    cases = {f"case {k}": Result(f"case {k}", Path(), Scene(), since[k < beyond]) for k in range(12)}
+    text = provenance(StudyResult(Path(), cases))
+    assert told in text if told else "ellipticity" not in text
