@@ -37,7 +37,7 @@ from cellmech.vtu import write_fields
 
 __all__ = ["Description", "MeshPlan", "Progress", "describe_case", "mesh_plan", "solve_case"]
 
-SLIDING = 1e-3  # share of the weight that may push sideways: round-off of an unsymmetric mesh, not a slope
+SLIDING = 1e-3  # share of the weight that may push sideways, or turn at the radius: an unsymmetric mesh, not a slope
 MEMORY_BASE_MB, MEMORY_PER_DOF_MB = 260.0, 0.012
 
 
@@ -144,7 +144,7 @@ def _solve(
                 folder.log(f"{verdict}; the load is followed from the start, to where this happens")
                 watch.seen = AT_REST
                 return
-            if run.modes is not None and (fault := _sideways(run)):
+            if run.modes is not None and (fault := _held(run, scene.radius_um)):
                 if scalars:
                     _take_back(run, step)
                 raise SolveError(fault)
@@ -221,19 +221,27 @@ def _last_good_state(run: Run | None, scalars: dict[str, Any], stability: Stabil
     return f"{text} {'ellipticity is lost' if stability.lost else 'the material is stable everywhere'}: {stability}"
 
 
-def _sideways(run: Run) -> str:
+def _held(run: Run, radius_um: float) -> str:
     """What is wrong where only the constraint on a rigid mode holds the cell, as no contact without friction could.
 
     Empty where nothing is. Collective.
     """
-    push, weight = run.ledger.contact_force()[0], run.ledger.load_resultant()[1] * run.ledger.amplitude
-    if abs(push) <= SLIDING * abs(weight):
+    weight = abs(run.ledger.load_resultant()[1] * run.ledger.amplitude)
+    push, moment = run.ledger.contact_force()[0], run.ledger.moment()
+    if abs(push) > SLIDING * weight:
+        way, told = "slides", f"the obstacles push sideways with {push:.3g} Pa um"
+    elif abs(moment) > SLIDING * weight * radius_um:
+        way, told = (
+            "turns",
+            f"the obstacles turn it with {moment:.3g} Pa um2, {abs(moment / weight):.2g} um times the load",
+        )
+    else:
         return ""
-    sideways, unseen = f"the obstacles push sideways with {push:.3g} Pa um", missed(run)
+    unseen = missed(run)
     if unseen <= MISSED:
-        return f"slides: no equilibrium; {sideways}"
+        return f"{way}: no equilibrium; {told}"
     return (
-        f"the mesh is too coarse to tell whether the cell slides: {sideways}, and {100 * unseen:.2g} % of their force "
+        f"the mesh is too coarse to tell whether the cell {way}: {told}, and {100 * unseen:.2g} % of their force "
         "lie between the points at which it is integrated; set mesh.size_um lower"
     )
 

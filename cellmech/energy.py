@@ -84,6 +84,20 @@ class Ledger:
         """Resultant of the dead loads at full amplitude [Pa µm], shape (2,). Collective."""
         return self._sum(self.load_vector.reshape(-1, 2).sum(axis=0))
 
+    def moment(self) -> float:
+        """Moment of obstacles and load now about where the load acts, counter-clockwise [Pa µm^2]. Collective.
+
+        Stresses that are symmetric add nothing to it.
+        """
+        load = self.load_vector.reshape(-1, 2)
+        x = self.body.space.tabulate_dof_coordinates()[: len(load), :2] + self.state.u.x.array[: self._owned].reshape(
+            -1, 2
+        )
+        share = self._sum(load.sum(axis=0))[1]
+        centre = self._sum(load[:, 1] @ x) / share
+        lever, force = x - centre, self._assemble("contact").reshape(-1, 2) + self.amplitude * load
+        return float(self._sum(np.sum(lever[:, 0] * force[:, 1] - lever[:, 1] * force[:, 0])))
+
     def stored(self) -> float:
         """Strain energy now [Pa µm^2]. Collective."""
         return float(self._sum(fem.assemble_scalar(self._stored)))

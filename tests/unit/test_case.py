@@ -53,27 +53,61 @@ class Pushed:
         return self.push * abs(self.ledger.load_resultant()[1]) * self.ledger.amplitude
 
 
+class Turned(Pushed):
+    """An object like another one but for the moment; `push` is its arm [µm]."""
+
+    def contact_force(self):
+        return self.ledger.contact_force()
+
+    def moment(self):
+        return self.push * abs(self.ledger.load_resultant()[1]) * self.ledger.amplitude
+
+
 def test_cell_slides_only_beyond_what_an_unsymmetric_mesh_pushes(monkeypatch):
-    scene = read_scene({"mesh": {"size_um": 8.0}, "time": {"history": False}}, "test")
+    scene = read_scene({"cell": {"shape": "full"}, "mesh": {"size_um": 8.0}, "time": {"history": False}}, "test")
     run = Setup(scene, MPI.COMM_SELF, mesh_plan(scene)).create_run(lambda line: None)
     with closing(run):
         run.run(lambda step: None)
         real, unseen = run.ledger, [0.0]
         monkeypatch.setattr(cases, "missed", lambda run: unseen[0])
         run.ledger = Pushed(real, np.array([0.9e-3, 1.0]))
-        assert cases._sideways(run) == ""
+        assert cases._held(run, 10.0) == ""
         run.ledger = Pushed(real, np.array([-1.1e-3, 1.0]))
-        assert cases._sideways(run).startswith("slides: no equilibrium; the obstacles push sideways with -")
+        assert cases._held(run, 10.0).startswith("slides: no equilibrium; the obstacles push sideways with -")
         unseen[0] = 0.98
-        assert "98 % of their force lie between the points" in cases._sideways(run)
-        assert cases._sideways(run).startswith("the mesh is too coarse to tell whether the cell slides")
+        assert "98 % of their force lie between the points" in cases._held(run, 10.0)
+        assert cases._held(run, 10.0).startswith("the mesh is too coarse to tell whether the cell slides")
+        run.ledger = Turned(real, 0.9e-2)
+        assert cases._held(run, 10.0) == ""
+        run.ledger = Turned(real, -1.1e-2)
+        assert cases._held(run, 10.0).startswith("the mesh is too coarse to tell whether the cell turns")
+        unseen[0] = 0.0
+        told = "turns: no equilibrium; the obstacles turn it with -"
+        assert cases._held(run, 10.0).startswith(told) and cases._held(run, 10.0).endswith("0.011 um times the load")
+
+
+def test_moment_is_that_of_the_forces_about_where_the_load_acts(monkeypatch):
+    """A cell at rest feels none; a force along x at a node feels its height above the load's centre."""
+    scene = read_scene({"cell": {"shape": "full"}, "mesh": {"size_um": 8.0}, "time": {"history": False}}, "test")
+    run = Setup(scene, MPI.COMM_SELF, mesh_plan(scene)).create_run(lambda line: None)
+    with closing(run):
+        run.run(lambda step: None)
+        ledger, weight = run.ledger, abs(run.ledger.load_resultant()[1]) * run.ledger.amplitude
+        assert abs(ledger.moment()) < 1e-3 * weight * 10.0
+        forces, load = ledger._assemble("contact").reshape(-1, 2), ledger.load_vector.reshape(-1, 2)[:, 1]
+        height = run.body.space.tabulate_dof_coordinates()[: len(forces), 1] + run.u.reshape(-1, 2)[: len(forces), 1]
+        lowest = np.argmin(height)
+        forces[lowest] += 0.1 * weight, 0.0
+        monkeypatch.setattr(ledger, "_assemble", lambda name: forces.ravel())
+        arm = load @ height / load.sum() - height[lowest]
+        assert ledger.moment() == pytest.approx(0.1 * weight * arm, rel=1e-3) and arm > 9.0
 
 
 def test_state_that_only_the_constraint_holds_is_not_the_one_saved(tmp_path, monkeypatch):
     """The verdict comes with the last state in balance, here the third."""
     data = {"cell": {"shape": "full", "law": "saint-venant"}, "mesh": {"size_um": 8.0}}
     case = Case("case", read_scene(data, "test"))
-    monkeypatch.setattr(cases, "_sideways", lambda run: "slides" if run.totals.steps > 3 else "")
+    monkeypatch.setattr(cases, "_held", lambda run, radius: "slides" if run.totals.steps > 3 else "")
     with closing(CaseFolder(tmp_path, MPI.COMM_SELF)) as folder:
         result = solve_case(case, folder, MPI.COMM_SELF, mesh_plan(case.scene), lambda progress: None)
         folder.flush()
