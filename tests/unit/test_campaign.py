@@ -356,6 +356,11 @@ def test_differences_are_seen_and_scaled(solved):
     other["cell"]["J1_max"] += 1e-5 * (other["cell"]["J1_max"] - 2)  # an error counts from rest
     assert [text.split(":")[0] for text in differences(one, other, 1e-6)] == ["cell.J1_max"]
     assert len(list(differences(one, copy.deepcopy(one), 1e-6, stress=2.0))) >= 6
+    other = copy.deepcopy(one)
+    one["energy"]["stored"], other["energy"]["stored"] = 1.7e-30, 0.9e-30  # of strains of 1e-17, in free fall
+    assert list(differences(one, other, 1e-6)) == []
+    other["energy"]["stored"] = 1e-16
+    assert [text.split(":")[0] for text in differences(one, other, 1e-6)] == ["energy.stored"]
 
 
 def test_changed_digits_are_seen_but_for_costs(solved):
