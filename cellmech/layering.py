@@ -10,6 +10,7 @@ from cellmech.scene import LAYER_NAMES, LayerName, Scene
 INSIDE_OUT: tuple[LayerName, ...] = tuple(reversed(LAYER_NAMES))
 MERGED: dict[tuple[LayerName, ...], str] = {("nucleoplasm", "lamina"): "nucleus", ("cytosol", "membrane"): "cytoplasm"}
 THINNEST = 5e-3  # of the radius: their least width
+ASIDE = {"inside": -1.0, "outside": 1.0}  # half-widths from an interface to its fade's middle
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,17 @@ class MeshPlan:
         return tuple(found if scene.cell.smear_um is None else _with_fades(scene, found))
 
 
+def fade_of(scene: Scene, name: LayerName) -> tuple[float, float]:
+    """Where a layer's fade into the next one outside has its middle, and its half-width along the radius [µm].
+
+    In squared distance (eqs 1-5 as printed) widths are `smear_um` at the nucleus's rim and narrower farther out.
+    """
+    smear, radius = scene.cell.smear_um or 0.0, scene.outer_radius_um(name)
+    if scene.cell.fade == "squared":
+        return radius, smear * scene.nucleus_radius_um / radius
+    return radius + smear * ASIDE.get(scene.cell.fade, 0.0), smear
+
+
 def _with_fades(scene: Scene, interfaces: list[tuple[str, float]]) -> list[tuple[str, float]]:
     """The interfaces and circles between them, so that a fade from layer to layer is some elements wide.
 
@@ -49,8 +61,12 @@ def _with_fades(scene: Scene, interfaces: list[tuple[str, float]]) -> list[tuple
     rings = min(int(smear / (THINNEST * scene.radius_um) + 1e-9), scene.mesh.fade_rings)
     if rings == 0:
         return interfaces
-    step = smear / rings
-    fades = [scene.outer_radius_um(name) + k * step for name in INSIDE_OUT[:-1] for k in range(-rings, rings + 1)]
+    fades = [
+        middle + k * (half / rings)
+        for middle, half in (fade_of(scene, name) for name in INSIDE_OUT[:-1])
+        for k in range(-rings, rings + 1)
+    ]
+    step = min(fade_of(scene, name)[1] for name in INSIDE_OUT[:-1]) / rings
     for radius in sorted(r for r in fades if 0 < r < scene.radius_um):
         if min(abs(radius - other) for other in radii) > step / 2:
             radii.append(radius)

@@ -77,6 +77,8 @@ class Cell(Table):
     """Mesh the layers apart, or fade each into the next as the paper does."""
     smear_um: Length | None = None
     """Half-width of these fades; only with smeared layers, and needed there."""
+    fade: Annotated[Literal["centred", "inside", "outside", "squared"], Choice()] = "centred"
+    """Where they lie: over an interface, to one side, or as eqs 1 to 5 print them, in the square of the radius."""
 
 
 class Layer(Table):

@@ -66,6 +66,8 @@ def _smearing(scene: Scene) -> Iterator[Breach]:
         if cell.smear_um is not None:
             hint = 'Set cell.layers = "smeared", or leave cell.smear_um out.'
             yield Breach("cell.smear_um", 'belongs to cell.layers = "smeared" only (µm)', cell.smear_um, hint)
+        if cell.fade != "centred":
+            yield Breach("cell.fade", 'belongs to cell.layers = "smeared" only', cell.fade)
         return
     if cell.smear_um is None:
         hint = "Set cell.smear_um, the half-width in µm over which a layer fades into the next."

@@ -22,7 +22,7 @@ from cellmech.energies import IN_PLANE, LAWS
 from cellmech.errors import InputError, SolveError
 from cellmech.footing import follow, modulus_of
 from cellmech.forms import displacement_space, pressure_space
-from cellmech.layering import INSIDE_OUT, MERGED, MeshPlan
+from cellmech.layering import INSIDE_OUT, MERGED, MeshPlan, fade_of
 from cellmech.materials import Material, mixtures
 from cellmech.modes import rigid_modes
 from cellmech.observables import Layout, Ring
@@ -90,7 +90,9 @@ def smeared_weights(scene: Scene, domain: Domain, centre: tuple[float, float]) -
     weights: dict[str, Any] = {}
     inside: Any = 0.0
     for name in INSIDE_OUT[:-1]:
-        within = smooth_step(scene.outer_radius_um(name) - r, width)
+        middle, _ = fade_of(scene, name)
+        squared = (middle**2 - r**2) / (2 * scene.nucleus_radius_um)
+        within = smooth_step(squared if scene.cell.fade == "squared" else middle - r, width)
         weights[name], inside = within - inside, within
     weights[INSIDE_OUT[-1]] = 1.0 - inside
     return weights

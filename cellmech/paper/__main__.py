@@ -72,6 +72,7 @@ def _parser() -> argparse.ArgumentParser:
     add("effective-study", _effective_study, "the reading that fits best: paper-effective.toml", "studies")
     fits = add("fit-readings", _fit_readings, "fit a reading to some figures, predict the others: reading-fits.md")
     fits.add_argument("--only", action="append", default=[], metavar="NAME", help="this fit; can be repeated")
+    add("stresses", _stresses, "which von Mises stress fits the print, in the best reading: stresses.md and .csv")
     calibrate = add("calibrate", _calibrate, "fit open inputs: calibration.md and .csv, and the studies of the fits")
     calibrate.add_argument("--set", nargs="+", default=[], metavar="KEY=VALUE", help="overrides of every scene")
     return parser
@@ -164,6 +165,16 @@ def _effective_study(options: argparse.Namespace) -> list[str]:
 
     text = readings.effective_study(readings.named(readings.EFFECTIVE), read_paper(options.paper))
     _write((options.out or options.studies) / "paper-effective.toml", text)
+    return []
+
+
+def _stresses(options: argparse.Namespace) -> list[str]:
+    from cellmech.paper import readings, stresses
+
+    section = stresses.stress_section(readings.named(readings.EFFECTIVE), read_paper(options.paper), _say)
+    say(section.markdown())
+    _write(_figures(options) / "stresses.md", section.markdown() + "\n")
+    _write(_figures(options) / "stresses.csv", to_csv(section.records()))
     return []
 
 

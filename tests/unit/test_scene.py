@@ -339,6 +339,7 @@ def test_disc_inside_thinner_than_a_ten_thousandth_of_the_radius_is_refused():
     ("text", "key", "rule", "got"),
     [
         ("cell.smear_um = 0.8", "cell.smear_um", 'belongs to cell.layers = "smeared" only', "got 0.8"),
+        ('cell.fade = "inside"', "cell.fade", 'belongs to cell.layers = "smeared" only', "got 'inside'"),
         ('cell.layers = "smeared"', "cell.smear_um", "must be set, > 0 µm", "when cell.layers is smeared"),
         ('cell = {layers = "smeared", smear_um = 0}', "cell.smear_um", "> 0 and <= 100000 µm", "got 0"),
         (

@@ -2,6 +2,7 @@
 
 import dataclasses
 import gc
+import math
 import weakref
 from contextlib import nullcontext
 
@@ -16,6 +17,7 @@ from cellmech.errors import SolveError
 from cellmech.forms import PointValues
 from cellmech.layering import MeshPlan, mesh_plan
 from cellmech.run import Run
+from cellmech.samples import lattice
 from cellmech.scene import LAYER_NAMES
 from cellmech.scene_file import read_scene
 from cellmech.setup import Setup, material, obstacles_of, ramp, smeared_weights
@@ -194,6 +196,34 @@ def test_power_of_the_solid_share_is_that_of_every_layer():
     shares = {name: material(scene, name).numbers()["solid_fraction"] for name in LAYER_NAMES}
     assert shares == pytest.approx({"membrane": 0.25, "cytosol": 0.25, "lamina": 0.09, "nucleoplasm": 0.25}, rel=1e-12)
     assert scene.layer_solid("lamina") == shares["lamina"]
+
+
+@pytest.mark.parametrize(
+    ("fade", "lamina", "membrane"),
+    [
+        ("centred", (4.6, 5.4), (9.1, 9.9)),
+        ("inside", (4.2, 5.0), (8.7, 9.5)),
+        ("outside", (5.0, 5.8), (9.5, 10.3)),
+        ("squared", (math.sqrt(21.0), math.sqrt(29.0)), (math.sqrt(86.25), math.sqrt(94.25))),
+    ],
+)
+def test_fades_begin_and_end_where_they_should(fade, lamina, membrane):
+    """What lies inside an interface has weight 1 up to where its fade begins, and 0 from where it ends."""
+    cell = {"layers": "smeared", "smear_um": 0.4, "fade": fade}
+    setup = setup_of(scene_of(cell=cell, mesh={"size_um": 1.5, "grading": "uniform", "fade_rings": 0}))
+    mesh, weights = setup.domain.mesh, smeared_weights(setup.scene, setup.domain, setup.centre)
+    X = ufl.SpatialCoordinate(mesh)
+    r = ufl.sqrt((X[0] - setup.centre[0]) ** 2 + (X[1] - setup.centre[1]) ** 2)
+    inside = [weights["nucleoplasm"] + weights["lamina"], 1.0 - weights["membrane"]]
+    cells = np.arange(mesh.topology.index_map(2).size_local, dtype=np.int32)
+    points = lattice(8)[0]
+    values = PointValues(ufl.as_vector([r, *inside]), points, MPI.COMM_SELF)(cells).reshape(-1, 3)
+    for column, (begin, end) in ((1, lamina), (2, membrane)):
+        before, beyond = values[:, 0] < begin - 1e-6, values[:, 0] > end + 1e-6
+        within = (values[:, 0] > begin + 0.02) & (values[:, 0] < end - 0.02)
+        assert np.allclose(values[before, column], 1.0, atol=1e-13) and before.any()
+        assert np.allclose(values[beyond, column], 0.0, atol=1e-13) and (beyond.any() or end > 10.0)
+        assert np.all((values[within, column] > 0.0) & (values[within, column] < 1.0)) and within.any()
 
 
 def test_smeared_layers_may_be_meshed_without_rings():
