@@ -8,20 +8,21 @@ import hashlib
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from functools import lru_cache
 from pathlib import Path
 from typing import IO, Any, Protocol, TypeAlias
 
 from cellmech.accuracy import REGIONS, TABLES
-from cellmech.errors import CellmechError
+from cellmech.errors import COMPILER, CellmechError
 from cellmech.records import CHECKPOINT, LOG, RESULT, flatten, to_csv, write_whole
 from cellmech.scene_file import scene_hash
 from cellmech.sealed import damage, is_whole
+from cellmech.sources import hash_behind
 from cellmech.study_file import Case
 
+SOLVER = "cellmech.case"  # solves a case: what it imports decides the numbers
 SUMMARY, TIMINGS, LOCK = "summary.csv", "timings.csv", ".lock"
 # What the reasons of failures begin with that inputs do not explain.
-INTERNAL, DISK, COMPILER = "internal error", "the disk refuses", "the compiler fails"
+INTERNAL, DISK = "internal error", "the disk refuses"
 TRIED_AGAIN = (INTERNAL, DISK, COMPILER)
 MACHINE = ("wall_s", "ranks", "memory_MB")  # differ between runs of equal inputs: kept out of summary.csv
 COSTS = ("steps", "rejected_steps", "newton_iterations", "factorisations", "mesh_cells", "dofs")
@@ -39,14 +40,9 @@ class Keyed(Protocol):
         """The text."""
 
 
-@lru_cache
 def source_hash() -> str:
-    """SHA-256 of the package's modules, as they are at the first call."""
-    found = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.glob("*.py")):
-        content = path.read_bytes()
-        found.update(f"{path.name} {len(content)}\n".encode() + content)
-    return found.hexdigest()
+    """SHA-256 of the modules that a case's numbers depend on, as they are at the first call."""
+    return hash_behind(SOLVER)
 
 
 def input_key(case: Case, plan: Keyed) -> str:

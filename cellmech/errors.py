@@ -4,6 +4,7 @@ from __future__ import annotations
 
 MOST_OF_A_PART = 400  # characters of where, rule and hint in a message
 MOST_OF_A_VALUE = 100
+COMPILER = "the compiler fails"  # what the text of a CompilerError begins with
 
 
 def cut(text: str, most: int = MOST_OF_A_VALUE) -> str:

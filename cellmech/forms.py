@@ -7,7 +7,6 @@ process, and what a killed one left is removed under that lock.
 
 from __future__ import annotations
 
-import errno
 import fcntl
 import logging
 import math
@@ -23,30 +22,16 @@ from typing import IO, Any, TypeVar
 import numpy as np
 from mpi4py import MPI
 
-from cellmech import compiler, fenicsx, surroundings
-from cellmech.archive import COMPILER
-from cellmech.errors import CompilerError
-from cellmech.progress import say
+from cellmech import compiler, fenicsx
+from cellmech.console import say
+from cellmech.errors import COMPILER, CompilerError
+from cellmech.sources import cache_directory
 
 T = TypeVar("T")
 
 PAUSE_S, TELL_S = 0.02, 15.0  # between two looks at the lock; a compilation takes less
 TIMEOUT_S = 600  # for which FFCx waits for a compilation; without locks one that began earlier is taken for dead
 _looked_at: dict[Path, int] = {}  # when each cache directory last changed before it was looked through [ns]
-
-
-def cache_directory() -> Path:
-    """Where compiled forms are kept: $XDG_CACHE_HOME/cellmech, or ~/.cache/cellmech.
-
-    Raises:
-        OSError: nothing says where.
-    """
-    if place := os.environ.get("XDG_CACHE_HOME"):
-        return Path(place) / "cellmech"
-    home = surroundings.home()
-    if home is None:
-        raise OSError(errno.ENOENT, "there is no home folder", "~/.cache/cellmech")
-    return home / ".cache" / "cellmech"
 
 
 @contextmanager

@@ -21,9 +21,9 @@ from typing import Any
 import numpy as np
 
 from cellmech.disc import DiscSpec
-from cellmech.forms import cache_directory
+from cellmech.sources import cache_directory, hash_behind
 
-MAKERS = ("disc.py", "disc_script.py", "geo_script.py", "geometry.py", "mesh_store.py")
+MAKERS = ("cellmech.geometry", "cellmech.mesh_store")
 HASH_BYTES = 32  # SHA-256 of the rest, which is an .npz file
 MOST, MOST_NODES = 64, 100_000  # meshes that are kept, and nodes of one that is
 
@@ -140,7 +140,7 @@ def _makers() -> bytes:
     """What stands for the modules that make a mesh, as they are at the first call, and for the Gmsh installed."""
     found = hashlib.sha256()
     for name in MAKERS:
-        found.update(Path(__file__).with_name(name).read_bytes())
+        found.update(hash_behind(name).encode())
     gmsh = importlib.util.find_spec("gmsh")
     if gmsh is not None and gmsh.origin:
         state = os.stat(gmsh.origin)

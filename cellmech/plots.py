@@ -14,12 +14,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from cellmech.console import bear_any_text, say
 from cellmech.errors import CellmechError, InputError
 from cellmech.figures.results import StudyResult, read_planned
 from cellmech.figures.style import save, style
 from cellmech.figures.table import Document
 from cellmech.names import path_there
-from cellmech.progress import bear_any_text, say
 from cellmech.result import load
 from cellmech.study_file import load_study
 from cellmech.surroundings import open_streams

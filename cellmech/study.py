@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any
 from cellmech import surroundings
 from cellmech.archive import SUMMARY, Record, merge_tables, refusal
 from cellmech.command import Command, parser, understand
+from cellmech.console import bear_any_text, on_terminal, say
 from cellmech.errors import CellmechError, InputError
 from cellmech.interrupts import Interrupted, Interrupts
-from cellmech.progress import Plain, Quiet, bear_any_text, on_terminal, results_table, say
+from cellmech.progress import Plain, Quiet, results_table
 from cellmech.sealed import SEAL, json_text
 
 if TYPE_CHECKING:  # they start MPI, which --help, --list and bad input do without

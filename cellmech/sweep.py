@@ -17,11 +17,11 @@ from typing import TYPE_CHECKING, TypeAlias
 from mpi4py import MPI
 
 from cellmech.archive import INTERNAL, Record, alone_in, finished, refusal, signed
+from cellmech.console import say
 from cellmech.errors import CellmechError
 from cellmech.handout import Counter
 from cellmech.interrupts import Interrupts
 from cellmech.post import PAUSE_S, Post, Watcher, agreed
-from cellmech.progress import say
 from cellmech.records import LOG, RESULT, CaseFolder, write_whole
 from cellmech.sealed import sealed
 from cellmech.study_file import Case

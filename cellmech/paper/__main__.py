@@ -13,12 +13,12 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from cellmech.console import bear_any_text, say
 from cellmech.errors import CellmechError, InputError
 from cellmech.names import path_there
 from cellmech.paper.comparison import compare
 from cellmech.paper.ours import STUDIES
 from cellmech.paper.printed import PAPER_NUMBERS, read_paper
-from cellmech.progress import bear_any_text, say
 from cellmech.records import to_csv, write_whole
 from cellmech.surroundings import open_streams
 
