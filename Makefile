@@ -139,10 +139,11 @@ figures-smoke: ## all of `make paper` on a coarse mesh, in minutes, into results
 movie: run-movie ## a film of Table 1's cell as the load comes on, displacements magnified
 	$(PLOTS) movie --case $(RESULTS)/movie/movie --magnify 15 --out $(FIGURES)
 
-lint: setup ## ruff and mypy
+lint: setup ## ruff, mypy, and which room imports which
 	$(PYTHON) -m ruff check .
 	$(PYTHON) -m ruff format --check .
 	$(PYTHON) -m mypy
+	$(dir $(PYTHON))lint-imports
 
 check: lint test ## lint, then the tests
 

@@ -22,14 +22,14 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from cellmech import accuracy
-from cellmech.archive import input_key
-from cellmech.case import solve_case
-from cellmech.disc import UNIFORM, Grading
-from cellmech.layering import MeshPlan
-from cellmech.records import CaseFolder, to_csv, write_whole
-from cellmech.scene_file import read_scene
-from cellmech.study_file import Case
+from cellmech.cell.layering import MeshPlan
+from cellmech.mesh.disc import UNIFORM, Grading
+from cellmech.results import accuracy
+from cellmech.results.archive import input_key
+from cellmech.results.records import CaseFolder, to_csv, write_whole
+from cellmech.runs.case import solve_case
+from cellmech.scene.case import Case
+from cellmech.scene.files import read_scene
 
 WET = {"nucleoplasm": {"fluid_fraction": 0.9}, "lamina": {"fluid_fraction": 0.7}}
 SCENES: dict[str, dict[str, Any]] = {

@@ -17,7 +17,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from cellmech.records import to_csv, write_whole
+from cellmech.results.records import to_csv, write_whole
 
 STUDIES = ("fig2", "fig4", "fig6", "fig7")
 REGIONS = ("nucleus", "nucleoplasm", "lamina", "cell")

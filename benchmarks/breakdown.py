@@ -73,9 +73,10 @@ def plain(watch: Stopwatch, numbers: dict[str, Any]) -> Callable[[], dict[str, A
 
 def package(watch: Stopwatch, out: Path, *settings: str) -> Callable[[], dict[str, Any]]:
     """The package's command line, ready to run."""
-    from cellmech import case, setup, study
-    from cellmech.det_f import DetFWatch
-    from cellmech.observables import Observer
+    from cellmech.cell import setup
+    from cellmech.cell.observables import Observer
+    from cellmech.runs import case, study
+    from cellmech.solver.det_f import DetFWatch
 
     watch.wrap(setup, "build_domain", "mesh")
     watch.wrap(Observer, "observe", "observables")
@@ -131,7 +132,7 @@ def main() -> int:
     if arguments.only:
         print(json.dumps(profiled(arguments.only, arguments.out)))
         return 0
-    from cellmech.records import to_csv, write_whole
+    from cellmech.results.records import to_csv, write_whole
 
     rows = []
     for name in RUNS:

@@ -23,17 +23,19 @@ from dolfinx import fem
 from dolfinx import mesh as dmesh
 from mpi4py import MPI
 
-from cellmech.case import mesh_plan
-from cellmech.domain import Domain
-from cellmech.energies import neo_hookean
-from cellmech.forms import displacement_space, pressure_space
-from cellmech.materials import Material, mixtures
-from cellmech.moduli import lame
-from cellmech.observables import Observer
-from cellmech.residual import Body, State
-from cellmech.setup import Setup
-from cellmech.snes import Solver
-from cellmech.study_file import load_study
+from cellmech.cell.observables import Observer
+from cellmech.cell.setup import Setup
+from cellmech.fem.coefficients import mixtures
+from cellmech.fem.domain import Domain
+from cellmech.fem.jit import displacement_space, pressure_space
+from cellmech.mechanics.balance import Body
+from cellmech.mechanics.laws import neo_hookean
+from cellmech.mechanics.materials import Material
+from cellmech.mechanics.moduli import lame
+from cellmech.runs.case import mesh_plan
+from cellmech.scene.studies import load_study
+from cellmech.solver.newton import Solver
+from cellmech.solver.state import State
 
 FORMS = {"P2": (False, 2), "P2/P0": (False, 0), "mixed": (True, 1)}  # bubble, degree of the pressure
 COOK_NU, COOK_MU, COOK_SHEAR = 0.499, 422.5, 62.5  # [-], kPa, kPa

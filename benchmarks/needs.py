@@ -2,8 +2,8 @@
 
 For each part one scene in which it does nothing, solved twice: with the part in the equations and without it. A part
 that the program leaves out by itself is forced into the equations for the first of the two. Compared are all scalars
-that have an error (`cellmech.accuracy`), of J1, J2, J3 the difference from rest; where only end values are asked for,
-energies of the way there and maxima over time are not.
+that have an error (`cellmech.results.accuracy`), of J1, J2, J3 the difference from rest; where only end values are
+asked for, energies of the way there and maxima over time are not.
 
 A scalar's error is that of the run without the part, from two finer meshes and a tighter tolerance of the steps. At
 least 1e-9 of its size, the Newton tolerance, is taken, and 1e-6 where it is smaller than 1e-4. Times are medians of
@@ -30,12 +30,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from cellmech.accuracy import Assessed, assess, bears_on, numbers, refinements
-from cellmech.scene import Scene
-from cellmech.scene_file import read_scene, scene_to_toml
-from cellmech.scene_keys import put
-from cellmech.sealed import plain
-from cellmech.study_file import Case
+from cellmech.results.accuracy import Assessed, assess, bears_on, numbers, refinements
+from cellmech.results.sealed import plain
+from cellmech.scene.case import Case
+from cellmech.scene.files import read_scene, scene_to_toml
+from cellmech.scene.keys import put
+from cellmech.scene.scene import Scene
 
 NEWTON, SMALL, ABSOLUTE = 1e-9, 1e-4, 1e-6
 ERRORS_OF = ("mesh", "time")
@@ -116,11 +116,11 @@ def solve(scene: Scene, forced: str) -> dict[str, Any]:
     """Solve a scene; its result.json and the processor time it took [s]."""
     from mpi4py import MPI
 
-    from cellmech import case as case_module
-    from cellmech.layering import INSIDE_OUT, MeshPlan
-    from cellmech.materials import Material
-    from cellmech.records import CaseFolder
-    from cellmech.setup import Setup
+    from cellmech.cell.layering import INSIDE_OUT, MeshPlan
+    from cellmech.cell.setup import Setup
+    from cellmech.mechanics.materials import Material
+    from cellmech.results.records import CaseFolder
+    from cellmech.runs import case as case_module
 
     class Everything(Setup):
         """A setup whose obstacles are all modelled from the start."""

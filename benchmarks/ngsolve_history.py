@@ -18,7 +18,7 @@ from typing import Any
 from ngsolve import BilinearForm, Det, Grad, GridFunction, Id, InnerProduct, Inv, Trace, dx
 from ngsolve_cell import INSIDE_OUT, REST, Elastic, Level
 
-from cellmech.scene import Scene
+from cellmech.scene.scene import Scene
 
 DT_S, FIRST_DEPTH_UM, TOLERANCE = 200.0, 1e-3, 1e-8
 

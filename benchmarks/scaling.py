@@ -18,7 +18,7 @@ from typing import Any
 
 import command
 
-from cellmech.records import to_csv, write_whole
+from cellmech.results.records import to_csv, write_whole
 
 COARSE = 8.0  # compiles
 SCENE = 'title = "Table 1, its first steps"\n'

@@ -28,8 +28,8 @@ from typing import Any
 
 import command
 
-from cellmech import accuracy
-from cellmech.records import to_csv, write_whole
+from cellmech.results import accuracy
+from cellmech.results.records import to_csv, write_whole
 
 HERE = Path(__file__).parent
 REST = {"J1": 2.0, "J2": 2.0, "J3": 1.0}
@@ -42,7 +42,7 @@ FINE = (
     "contact.quadrature_degree=19",
 )
 REFERENCE, CHECK = (("mesh.size_um=0.6", "time.rtol=1e-2", *FINE), ("mesh.size_um=1.2", "time.rtol=1e-2", *FINE))
-FULL_NEWTON = "import cellmech.snes as s; s.KEEP_RATE = -1.0; "  # a new tangent at every iteration
+FULL_NEWTON = "import cellmech.solver.newton as s; s.KEEP_RATE = -1.0; "  # a new tangent at every iteration
 SCENE = 'title = "Table 1, neo-Hookean"\n'
 
 

@@ -15,18 +15,18 @@ line too, and `Result` is what both return. `Additions` are laws, obstacles and 
 from __future__ import annotations
 
 import os
-from importlib import import_module
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from cellmech.doors import door
 
 if TYPE_CHECKING:
-    from cellmech.additions import Additions
+    from cellmech.cell.additions import Additions
     from cellmech.errors import CellmechError, InputError, MeshError, SolveError
-    from cellmech.kinematics import Invariants
-    from cellmech.library import solve
-    from cellmech.materials import Material
-    from cellmech.result import Result, load
-    from cellmech.scene import Scene
+    from cellmech.mechanics.invariants import Invariants
+    from cellmech.mechanics.materials import Material
+    from cellmech.runs.library import Result, load, solve
+    from cellmech.scene.scene import Scene
 
 __version__ = "0.1.0"
 
@@ -36,17 +36,17 @@ if (_data := os.environ.get("_PYTHON_SYSCONFIGDATA_NAME")) and find_spec(_data) 
     del os.environ["_PYTHON_SYSCONFIGDATA_NAME"]
 
 _HOMES = {
-    "Additions": "additions",
+    "Additions": "cell.additions",
     "CellmechError": "errors",
     "InputError": "errors",
-    "Invariants": "kinematics",
-    "Material": "materials",
+    "Invariants": "mechanics.invariants",
+    "Material": "mechanics.materials",
     "MeshError": "errors",
-    "Result": "result",
-    "Scene": "scene",
+    "Result": "runs.library",
+    "Scene": "scene.scene",
     "SolveError": "errors",
-    "load": "result",
-    "solve": "library",
+    "load": "runs.library",
+    "solve": "runs.library",
 }
 __all__ = [
     "Additions",
@@ -61,12 +61,7 @@ __all__ = [
     "load",
     "solve",
 ]
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+__getattr__ = door(__name__, _HOMES)
 
 
 def __dir__() -> list[str]:

@@ -1,4 +1,4 @@
-// The full disc of Table 1 [µm]. Written by cellmech.geometry.write_reference_geometries.
+// The full disc of Table 1 [µm]. Written by cellmech.mesh.geometry.write_reference_geometries.
 Point(1) = {0.0, 9.5, 0};
 Point(2) = {0.0, 4.6, 0};
 Point(3) = {4.9, 9.5, 0};

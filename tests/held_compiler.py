@@ -2,13 +2,13 @@
 
 import os
 
-from cellmech import compiler
+from cellmech.fem import compiler
 
 SCRIPT = """#!/bin/sh
 case "$PWD" in {caches}) until [ -e '{gate}' ]; do sleep 0.05; done;; esac
 PATH='{path}' exec {compiler} "$@"
 """
-CUSTOM = "import cellmech.compiler as c\nc.SYSTEM = ({!r}, *c.SYSTEM)\n"
+CUSTOM = "import cellmech.fem.compiler as c\nc.SYSTEM = ({!r}, *c.SYSTEM)\n"
 
 
 def held_compiler(folder, caches="*", path=""):

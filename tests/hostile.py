@@ -13,7 +13,7 @@ from pathlib import Path
 import tomli_w
 from hypothesis import strategies as st
 
-from cellmech.scene_keys import KNOWN
+from cellmech.scene.keys import KNOWN
 
 
 def small(data):

@@ -2,7 +2,7 @@
 
 import pytest
 
-from cellmech.archive import alone_in
+from cellmech.results.archive import alone_in
 
 
 def locked_writes(module, monkeypatch):

@@ -5,10 +5,11 @@ import ufl
 from dolfinx import fem
 from problems import displacement_space, moduli, prescribe
 
-from cellmech import bdf
-from cellmech.materials import mixtures
-from cellmech.residual import Body, State
-from cellmech.snes import Solver
+from cellmech.fem.coefficients import mixtures
+from cellmech.mechanics.balance import Body
+from cellmech.solver import bdf
+from cellmech.solver.newton import Solver
+from cellmech.solver.state import State
 
 YOUNG, POISSON = 10.0, 0.3
 

@@ -9,11 +9,11 @@ from hostile import Attempt, dumped
 from hypothesis import reject
 from hypothesis import strategies as st
 
-from cellmech import scene_parts as parts
 from cellmech.errors import InputError
-from cellmech.fields import TINIEST, Number
-from cellmech.scene_file import read_scene
-from cellmech.scene_keys import put
+from cellmech.scene import parts
+from cellmech.scene.files import read_scene
+from cellmech.scene.keys import put
+from cellmech.scene.value_types import TINIEST, Number
 
 
 def ranges(table, start=""):

@@ -9,8 +9,9 @@ from typing import Any
 
 from cellmech.paper.ours import FOLDERS, STUDIES, Slot
 from cellmech.paper.printed import read_paper
-from cellmech.scene_file import scene_to_toml
-from cellmech.study_file import Case, load_study
+from cellmech.scene.case import Case
+from cellmech.scene.files import scene_to_toml
+from cellmech.scene.studies import load_study
 
 REST = {"sigma_mises": 0.0, "J1": 2.0, "J2": 2.0, "J3": 1.0}
 Values = Mapping[str, float]  # sigma_mises, J1, J2, J3

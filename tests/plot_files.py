@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from cellmech.scene import Scene
-from cellmech.scene_file import scene_to_toml
-from cellmech.study_file import Study
+from cellmech.scene.files import scene_to_toml
+from cellmech.scene.scene import Scene
+from cellmech.scene.studies import Study
 
 LAWS = ("saint-venant", "neo-hookean", "mooney-rivlin", "yeoh")
 TIMES = np.array([0.0, 100.0, 1000.0, 5000.0, 10000.0, 18000.0])

@@ -9,15 +9,17 @@ from dolfinx import fem
 from dolfinx import mesh as dmesh
 from mpi4py import MPI
 
-from cellmech import bdf, forms
-from cellmech.domain import Domain, build_domain, from_gmsh
-from cellmech.energies import LAWS
-from cellmech.forms import PointValues
-from cellmech.geometry import DiscSpec, build_ring
-from cellmech.materials import Material
-from cellmech.moduli import lame
-from cellmech.residual import Body, State
-from cellmech.snes import Solver
+from cellmech.fem import jit
+from cellmech.fem.domain import Domain, build_domain, from_gmsh
+from cellmech.fem.jit import PointValues
+from cellmech.mechanics.balance import Body
+from cellmech.mechanics.laws import LAWS
+from cellmech.mechanics.materials import Material
+from cellmech.mechanics.moduli import lame
+from cellmech.mesh.geometry import DiscSpec, build_ring
+from cellmech.solver import bdf
+from cellmech.solver.newton import Solver
+from cellmech.solver.state import State
 
 LAW_NAMES = tuple(LAWS)
 Where = Callable[[np.ndarray], np.ndarray]
@@ -78,7 +80,7 @@ def layered_disc(**spec: Any) -> Domain:
 
 def displacement_space(domain: Domain, degree: int = 2) -> Any:
     """Continuous vector Lagrange functions."""
-    return forms.displacement_space(domain.mesh, degree)
+    return jit.displacement_space(domain.mesh, degree)
 
 
 def hold(space: Any, domain: Domain, group: str, component: int, value: float = 0.0) -> Any:

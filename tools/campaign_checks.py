@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from campaign_states import State, pressure, ramp, weight_per_area
 
-from cellmech.scene import Scene
+from cellmech.scene.scene import Scene
 
 BALANCE = (
     1e-3  # of the load at the time: what may be out of balance, upwards, sideways, and as a moment over the radius

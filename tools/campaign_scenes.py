@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from cellmech.errors import InputError
-from cellmech.scene import Scene
-from cellmech.scene_file import read_scene
+from cellmech.scene.files import read_scene
+from cellmech.scene.scene import Scene
 
 Data = dict[str, Any]
 TABLE_1_UM = 10.0  # radius of the cell for which lengths are drawn

@@ -13,9 +13,9 @@ from pathlib import Path
 import basix
 import numpy as np
 
-from cellmech.result import read_grid
-from cellmech.samples import lattice, lattice_triangles
-from cellmech.scene import Scene
+from cellmech.cell.samples import lattice, lattice_triangles
+from cellmech.results.result import read_grid
+from cellmech.scene.scene import Scene
 
 DENSE = 513  # points of an edge at which its depth is looked for
 FINE = 40  # Gauss points of an edge that see what lies between the solver's

@@ -14,8 +14,8 @@ from typing import Any
 from campaign_scenes import Data, Draw
 
 from cellmech.errors import InputError
-from cellmech.records import flatten
-from cellmech.scene_file import read_scene
+from cellmech.results.records import flatten
+from cellmech.scene.files import read_scene
 
 COSTS = ("wall_s", "memory_MB", "ranks")
 STIFFER, LARGER = 2.0**12, 2.0**4

@@ -10,7 +10,7 @@ import sys
 import tempfile
 import traceback
 
-from cellmech.study import main
+from cellmech.runs.study import main
 
 
 def captured(arguments: list[str]) -> tuple[int | None, str, str]:

@@ -16,9 +16,9 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, get_args, get_origin
 
-from cellmech.fields import Choice, Flag, Line, Number, Whole
-from cellmech.scene import LAYER_NAMES, Layers, Scene
-from cellmech.scene_parts import Table
+from cellmech.scene.parts import Table
+from cellmech.scene.scene import LAYER_NAMES, Layers, Scene
+from cellmech.scene.value_types import Choice, Flag, Line, Number, Whole
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "scene.md"
 BEGIN, END = "<!-- keys: from the schema -->", "<!-- keys: end -->"

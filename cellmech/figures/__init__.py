@@ -1,1 +1,4 @@
-"""Figures and tables from the files of a run: nothing here solves, and no number depends on it."""
+"""Figures and tables from files on disk; nothing is solved.
+
+It may import: scene, results.
+"""

@@ -19,9 +19,9 @@ from PIL import Image
 from cellmech.errors import InputError
 from cellmech.figures.style import FADED, SUBSTRATE
 from cellmech.figures.substrate import magnified, polygons
-from cellmech.placement import placement
-from cellmech.records import PARTIAL
-from cellmech.result import Result
+from cellmech.results.records import PARTIAL
+from cellmech.results.result import Result
+from cellmech.scene.placement import placement
 
 MARGIN = 0.08  # of the cell's diameter, around it
 FRAME_MS, LAST_MS, FILM_DPI = 120, 1500, 110

@@ -12,8 +12,8 @@ from matplotlib.patches import Patch, Rectangle, Wedge
 
 from cellmech.figures.style import LAYER_COLOURS, SMALL, SUBSTRATE, TINY
 from cellmech.figures.substrate import outline_of
-from cellmech.placement import placement, standing
-from cellmech.scene import LAYER_NAMES, LayerName, Pillar, Scene
+from cellmech.scene.placement import placement, standing
+from cellmech.scene.scene import LAYER_NAMES, LayerName, Pillar, Scene
 
 ARROW: dict[str, Any] = dict(arrowstyle="<|-|>", color="black", lw=1.1, shrinkA=0, shrinkB=0, mutation_scale=11)
 LABEL: dict[str, Any] = dict(boxstyle="round,pad=0.15", fc="white", ec="none", alpha=0.85)

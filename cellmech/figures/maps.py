@@ -18,7 +18,7 @@ from matplotlib.patches import Patch, Rectangle
 from cellmech.figures.grid import Extreme, Grid, Place, extremes
 from cellmech.figures.results import StudyResult
 from cellmech.figures.style import FAULT_COLOUR, PAPER, QUANTITIES, SMALL, TINY, Quantity, printed, provenance
-from cellmech.study_cases import value_text
+from cellmech.scene.variants import value_text
 
 COLOURS = "cividis_r"  # perceptually uniform, for colour-blind eyes and grey print alike; dark is large
 HATCH: dict[str, Any] = dict(fc="#f0f0f0", ec="#8a8a8a", hatch="////", lw=0.0)

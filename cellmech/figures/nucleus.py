@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from cellmech.placement import placement, standing
-from cellmech.result import Result
+from cellmech.results.result import Result
+from cellmech.scene.placement import placement, standing
 
 OUTLINES = (  # what a shape index may be taken of: key, name, its value for a circle
     ("full", "full outline", 1.0),

@@ -9,7 +9,7 @@ from cellmech.figures.nucleus import OUTLINES, start_um
 from cellmech.figures.results import StudyResult
 from cellmech.figures.style import LAWS, PAPER, QUANTITIES, Quantity, printed_form, provenance
 from cellmech.figures.table import NONE, Cell, Document, Table, Value, ratios
-from cellmech.result import Result
+from cellmech.results.result import Result
 
 NAMES = {"sigma_mises": "σ_Mises [Pa]"}
 RATIOS = ["here / paper", "same, of q − q0"]

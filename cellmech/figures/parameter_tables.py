@@ -8,9 +8,9 @@ from typing import Any
 from cellmech.figures.parameters import PARAMETERS, value_at
 from cellmech.figures.style import LAWS, PAPER
 from cellmech.figures.table import NONE, Cell, Document, Table
-from cellmech.scene import Scene
-from cellmech.study_cases import value_text
-from cellmech.study_file import Study
+from cellmech.scene.scene import Scene
+from cellmech.scene.studies import Study
+from cellmech.scene.variants import value_text
 
 MINUS = " − "  # between two keys whose difference is meant
 NOT_SET, OF_A_LAYER = "the cell's", "layer."

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from cellmech.scene import Scene
-from cellmech.study_cases import value_text
+from cellmech.scene.scene import Scene
+from cellmech.scene.variants import value_text
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ import numpy as np
 
 from cellmech.errors import CellmechError, InputError
 from cellmech.figures.style import LAYER_COLOURS, SUBSTRATE
-from cellmech.result import read_grid
+from cellmech.results.result import read_grid
 
 SUBDIVISIONS = 4  # of an element's edge, so that curved edges look curved
 OVERSAMPLING = 2

@@ -9,8 +9,8 @@ from pathlib import Path
 from cellmech.errors import InputError
 from cellmech.figures.parameters import value_at
 from cellmech.names import spelt
-from cellmech.result import Result, load
-from cellmech.study_file import Study
+from cellmech.results.result import Result, load
+from cellmech.scene.studies import Study
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,8 @@ from cellmech.figures.results import StudyResult
 from cellmech.figures.sheet import UNDEFORMED, Sheet
 from cellmech.figures.style import FADED, FAULT_COLOUR, LAWS, SMALL, SUBSTRATE, TINY
 from cellmech.figures.substrate import magnified, polygons
-from cellmech.placement import placement
-from cellmech.result import Result
+from cellmech.results.result import Result
+from cellmech.scene.placement import placement
 
 SEEN = 0.1  # a displacement above this share of the diameter needs no magnification
 AIM = 0.2  # a magnified one should not exceed this share

@@ -22,8 +22,8 @@ from matplotlib.figure import Figure
 
 from cellmech.errors import InputError
 from cellmech.figures.results import StudyResult
-from cellmech.records import PARTIAL
-from cellmech.result import Result
+from cellmech.results.records import PARTIAL
+from cellmech.results.result import Result
 
 DPI = 200
 PAPER = "Allena & Aubry 2022"

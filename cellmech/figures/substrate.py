@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from cellmech.placement import Arch, standing
-from cellmech.scene import Scene
+from cellmech.scene.placement import Arch, standing
+from cellmech.scene.scene import Scene
 
 POINTS = 721
 

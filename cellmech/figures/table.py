@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
 from cellmech.errors import InputError
-from cellmech.records import write_whole
+from cellmech.results.records import write_whole
 
 NONE = "–"
 

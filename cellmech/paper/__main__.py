@@ -19,7 +19,7 @@ from cellmech.names import path_there
 from cellmech.paper.comparison import compare
 from cellmech.paper.ours import STUDIES
 from cellmech.paper.printed import PAPER_NUMBERS, read_paper
-from cellmech.records import to_csv, write_whole
+from cellmech.results.records import to_csv, write_whole
 from cellmech.surroundings import open_streams
 
 MOST_FAULTS = 60  # that are named
@@ -127,7 +127,7 @@ def _audit_pairs(options: argparse.Namespace) -> list[str]:
 
 
 def _readings(options: argparse.Namespace) -> list[str]:
-    from cellmech import started
+    from cellmech.fem import started
     from cellmech.paper import readings
 
     paper, place = read_paper(options.paper), options.results / "readings"
@@ -198,10 +198,10 @@ def _fit_readings(options: argparse.Namespace) -> list[str]:
 def _calibrate(options: argparse.Namespace) -> list[str]:
     from functools import partial
 
-    from cellmech import shared_memory, started
+    from cellmech.fem import shared_memory, started
     from cellmech.paper import calibrated
     from cellmech.paper.calibration import end_state, fit_all
-    from cellmech.study_file import load_study
+    from cellmech.scene.studies import load_study
 
     world = started.MPI.COMM_WORLD
     shared_memory.release(world)

@@ -20,8 +20,8 @@ from cellmech.paper.choices import QUESTIONS, SUBJECTS, Subject, Trial, trial
 from cellmech.paper.misfit import misfit
 from cellmech.paper.ours import STUDIES, Slot
 from cellmech.paper.printed import RESTS, Paper, PrintedRow
-from cellmech.result import Result
-from cellmech.study_file import load_study
+from cellmech.results.result import Result
+from cellmech.scene.studies import load_study
 
 CLOSE = 0.05
 SINGLES, PAIRS = "audit", "audit-pairs"

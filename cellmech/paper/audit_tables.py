@@ -13,7 +13,7 @@ from cellmech.paper.choices import QUESTIONS, SUBJECTS, Subject
 from cellmech.paper.misfit import log_ratio
 from cellmech.paper.printed import RESTS, in_print
 from cellmech.paper.section import NONE, Row, Section, plain, signal, significant, tone_of, verdict, yes
-from cellmech.records import to_csv
+from cellmech.results.records import to_csv
 
 SLIDES = "slides"  # begins the reason of a case that has no equilibrium without friction
 HOW = (

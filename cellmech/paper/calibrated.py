@@ -10,7 +10,7 @@ from cellmech.paper.audit import CLOSE
 from cellmech.paper.calibration import COLLAPSING, DIGITS, LIMIT, LOAD, MAXIMA, SMEAR, TO_STRAINS, TOGETHER, Fit
 from cellmech.paper.section import NONE, Row, Section, significant, tone_of
 from cellmech.paper.study_files import study_text
-from cellmech.records import to_csv
+from cellmech.results.records import to_csv
 
 MADE = 'Written by "python -m cellmech.paper calibrate".'
 NEAR = math.log(2)  # misfit up to which a fit of the load is a scene to look at

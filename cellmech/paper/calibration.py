@@ -21,7 +21,7 @@ from cellmech.errors import SolveError
 from cellmech.figures.style import LAWS, QUANTITIES
 from cellmech.paper.misfit import log_ratio, misfit, one_sided
 from cellmech.paper.printed import RESTS, Paper
-from cellmech.study_file import load_study
+from cellmech.scene.studies import load_study
 
 EVALUATIONS = 8  # of the residuals at most, per fit; their differences come on top
 STEP = 0.03  # of a finite difference, in ln
@@ -101,8 +101,8 @@ Printed = Mapping[str, Mapping[str, float]]
 
 def end_state(settings: Settings, overrides: Sequence[str] = ()) -> dict[str, float]:
     """Solve Table 1's scene with these settings for its end state; a `Solve`."""
-    from cellmech.case import mesh_plan, solve_case  # brings DOLFINx along
-    from cellmech.records import CaseFolder
+    from cellmech.results.records import CaseFolder
+    from cellmech.runs.case import mesh_plan, solve_case  # brings DOLFINx along
 
     texts = [f"{key}={value}" for key, value in ({"time.history": "false"} | dict(settings)).items()]
     (case,) = load_study(None, [*texts, *overrides]).cases
@@ -201,8 +201,8 @@ def fit_all(paper: Paper, solve: Solve, comm: MPI.Intracomm, note: Callable[[str
         comm: the ranks.
         note: told of each fit that has ended, on the rank that made it.
     """
-    from cellmech.handout import Counter
-    from cellmech.sweep import hand_out
+    from cellmech.runs.handout import Counter
+    from cellmech.runs.sweep import hand_out
 
     printed = {law: paper.table("fig2")[law].values for law in LAWS}
     others = [law for law in LAWS if law != COLLAPSING]

@@ -17,7 +17,7 @@ from cellmech.paper.places import TABLE_NAMES, Place, all_places, extremes, plac
 from cellmech.paper.printed import PAPER_NUMBERS, Paper, at, read_paper
 from cellmech.paper.section import Section, significant
 from cellmech.paper.twins import share_section, twin_section, unsolved_section
-from cellmech.records import to_csv
+from cellmech.results.records import to_csv
 
 HOW = (
     "q0 is the value where nothing is deformed: 0 for σ_Mises, 2, 2, 1 for J1, J2, J3, 50, 50, 25 % for their shares. "

@@ -11,9 +11,9 @@ from cellmech.errors import InputError
 from cellmech.figures.results import StudyResult
 from cellmech.figures.style import LAWS
 from cellmech.paper.printed import PLACES, PrintedRow, at
-from cellmech.result import Result, load
-from cellmech.scene import Scene
-from cellmech.study_file import load_study
+from cellmech.results.result import Result, load
+from cellmech.scene.scene import Scene
+from cellmech.scene.studies import load_study
 
 STUDIES = Path(__file__).resolve().parents[2] / "studies"
 ABSENT = "no result"

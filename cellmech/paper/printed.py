@@ -10,7 +10,7 @@ from typing import Any
 
 from cellmech.errors import InputError
 from cellmech.figures.style import QUANTITIES, printed
-from cellmech.toml_file import read_toml
+from cellmech.scene.toml_file import read_toml
 
 PAPER_NUMBERS = Path(__file__).resolve().parents[2] / "studies" / "paper_numbers.toml"
 TABLES = ("fig2", "fig4", "fig6", "table3")

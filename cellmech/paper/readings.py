@@ -21,9 +21,9 @@ from cellmech.paper.places import MAXIMA, TABLE_NAMES, all_places, extremes
 from cellmech.paper.printed import PLACES, TABLES, Paper, PrintedRow
 from cellmech.paper.section import NONE, Row, Section, significant, tone_of
 from cellmech.paper.study_files import study_text
-from cellmech.scene import Scene
-from cellmech.scene_file import read_scene
-from cellmech.scene_keys import put
+from cellmech.scene.files import read_scene
+from cellmech.scene.keys import put
+from cellmech.scene.scene import Scene
 
 COARSE = {"mesh.order": 2, "mesh.size_um": 0.85, "mesh.grading": "uniform", "mesh.fade_rings": 0}
 """A mesh like the paper's: second order, 0.3 to 1 µm, which knows nothing of layers; maxima are at its nodes."""
@@ -171,7 +171,7 @@ def within(logs: Sequence[float]) -> list[int]:
 
 def rows_of(paper: Paper) -> dict[str, list[str]]:
     """Table -> names of the study's cases that the paper prints numbers of."""
-    from cellmech.study_file import load_study
+    from cellmech.scene.studies import load_study
 
     studies = {table: load_study(STUDIES / f"{table}.toml").cases for table in TABLES}
     planned = Ours({table: tuple(Slot(c.name, c.scene, (), None) for c in cases) for table, cases in studies.items()})
@@ -185,7 +185,7 @@ def solve(reading: Reading, paper: Paper, out: Path, tables: Sequence[str] = TAB
     Raises:
         SystemExit: with the study's status, when it was stopped or refused.
     """
-    from cellmech import study
+    from cellmech.runs import study
 
     for table, names in rows_of(paper).items():
         if table not in tables:

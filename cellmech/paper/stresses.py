@@ -10,16 +10,16 @@ from typing import Any
 import numpy as np
 import ufl
 
-from cellmech.forms import PointValues
-from cellmech.kinematics import deformation_gradient, embed, green_lagrange
-from cellmech.library import solve
-from cellmech.observables import Observer
+from cellmech.cell.observables import Observer
+from cellmech.cell.samples import lattice
+from cellmech.fem.jit import PointValues
+from cellmech.mechanics.kinematics import deformation_gradient, embed, green_lagrange
 from cellmech.paper.misfit import LOST, log_ratio
 from cellmech.paper.printed import Paper, PrintedRow
 from cellmech.paper.readings import LIMITS, ROUGH, Reading, misfits, row_settings, within
 from cellmech.paper.section import Row, Section, significant
-from cellmech.samples import lattice
-from cellmech.scene_keys import put
+from cellmech.runs.library import solve
+from cellmech.scene.keys import put
 
 CHOICES = {
     "mixture": "of the whole tensor, σ_zz by the law",
@@ -72,7 +72,7 @@ def largest(observer: Observer, choice: str, region: str) -> float:
 
 def stresses(reading: Reading, row: PrintedRow) -> Mapping[str, float]:
     """Largest stresses at the end [Pa] by "choice_region", NaN where there is no solution. Collective."""
-    from cellmech.additions import Additions
+    from cellmech.cell.additions import Additions
 
     names = {f"{choice}_{region}": (choice, region) for choice in CHOICES for region in REGIONS}
     own: dict[str, Callable[[Observer], float]] = {

@@ -4,7 +4,7 @@ import pytest
 from cli import fake_case
 from cli.programs import Outcome
 
-from cellmech.study import main
+from cellmech.runs.study import main
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""Stands in for cellmech.case where the command line is tested, not the mechanics; run as a program it is a study.
+"""Stands in for cellmech.runs.case where the command line is tested, not the mechanics; run as a program it is a study.
 
 A case's name says what it does: see `solve_case`. Everything else about it follows from its scene.
 """
@@ -9,10 +9,10 @@ from dataclasses import dataclass
 
 from mpi4py import MPI
 
-from cellmech import sweep
 from cellmech.errors import MeshError
-from cellmech.scene_file import scene_to_toml
-from cellmech.study import main
+from cellmech.runs import sweep
+from cellmech.runs.study import main
+from cellmech.scene.files import scene_to_toml
 
 STEPS = 5
 solved = []  # names, in this process

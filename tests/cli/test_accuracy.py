@@ -7,7 +7,7 @@ import pytest
 from cli.programs import cases, tree
 from locked_writes import locked_writes
 
-from cellmech import agenda
+from cellmech.runs import agenda
 
 REFINED = ["mesh-1", "mesh-2", "time", "smoothing", "penalty", "quadrature"]
 

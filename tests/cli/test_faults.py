@@ -12,7 +12,7 @@ import pytest
 from cli.programs import ENVIRONMENT, FAKE, cases, end, program, start, tree
 from cli.test_signals import children
 
-from cellmech.archive import finished, is_final
+from cellmech.results.archive import finished, is_final
 
 REAL = "[mesh]\nsize_um = 5.0\n[time]\nrtol = 0.02\n"
 COARSE = "[mesh]\nsize_um = 8.0\n[time]\nhistory = false\n"

@@ -11,9 +11,9 @@ from hostile import attempts, wrong
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from odd_scenes import wrong_solve
 
-from cellmech import study_file
 from cellmech.errors import MeshError
-from cellmech.study import main
+from cellmech.runs.study import main
+from cellmech.scene import studies
 
 
 def answers(capsys, number):
@@ -68,13 +68,13 @@ BREAKS = {
 @pytest.mark.parametrize("kind", BREAKS)
 def test_program_that_is_wrong_does_not_pass(folder, capsys, monkeypatch, kind):
     """The judge itself: each of its rules is broken once."""
-    before = study_file.check_names
+    before = studies.check_names
 
     def broken(names, where):
         BREAKS[kind]()
         before(names, where)
 
-    monkeypatch.setattr(study_file, "check_names", broken)
+    monkeypatch.setattr(studies, "check_names", broken)
     if kind == "exception":
         with pytest.raises(KeyError):
             answers(capsys, 30)

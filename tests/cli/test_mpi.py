@@ -50,7 +50,7 @@ def test_group_that_is_free_takes_the_next_case_and_nobody_waits_for_the_slow_on
 
 def test_number_is_handed_out_while_rank_0_computes(folder):
     code = (
-        "import time\nfrom mpi4py import MPI\nfrom cellmech.handout import Counter\n"
+        "import time\nfrom mpi4py import MPI\nfrom cellmech.runs.handout import Counter\n"
         "world = MPI.COMM_WORLD\ncounter = Counter(world)\nstart = time.monotonic()\n"
         "while world.rank == 0 and time.monotonic() < start + 2.0: pass\n"
         "taken = [counter.take() for _ in range(50)]\nends = world.gather((time.monotonic(), taken))\ncounter.close()\n"

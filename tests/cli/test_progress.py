@@ -13,7 +13,7 @@ import pytest
 from cli.fake_case import Progress
 from cli.programs import ENVIRONMENT, FAKE, cases, program
 
-from cellmech.progress import LINE_EVERY_S, Plain, Quiet, duration, results_table
+from cellmech.runs.progress import LINE_EVERY_S, Plain, Quiet, duration, results_table
 
 
 class Clock:

@@ -8,7 +8,7 @@ import pytest
 from cli import fake_case
 from cli.programs import cases, program, tree
 
-from cellmech import reuse
+from cellmech.runs import reuse
 
 
 def result(path):

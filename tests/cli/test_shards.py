@@ -10,11 +10,11 @@ from threading import Thread
 import pytest
 from cli.programs import ENVIRONMENT, FAKE, ROOT, cases, end, start, tree
 
-from cellmech.archive import LOCK, merge_tables
-from cellmech.command import understand
 from cellmech.errors import InputError
-from cellmech.sealed import sealed
-from cellmech.study_file import load_study
+from cellmech.results.archive import LOCK, merge_tables
+from cellmech.results.sealed import sealed
+from cellmech.runs.command import understand
+from cellmech.scene.studies import load_study
 
 NAMES = ("a", "b", "fails", "c", "d")
 

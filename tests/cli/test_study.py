@@ -11,10 +11,10 @@ import pytest
 from cli import fake_case
 from cli.programs import ENVIRONMENT, cases, end, program, tree
 
-from cellmech import archive
-from cellmech.command import understand
 from cellmech.errors import InputError
-from cellmech.records import FLUSH_EVERY_S
+from cellmech.results import archive
+from cellmech.results.records import FLUSH_EVERY_S
+from cellmech.runs.command import understand
 
 
 def table(path):

@@ -162,7 +162,8 @@ def test_compiler_and_its_options_are_not_the_environments(scene, right):
 
 def test_number_of_threads_leaves_compiled_equations_apart(scene):
     """Tables of shape functions differ in their last digits, and become part of the code: each has its own."""
-    marks = "from cellmech.fenicsx import tables_mark; from cellmech.forms import _compiling; from mpi4py import MPI\n"
+    marks = "from cellmech.fem.fenicsx import tables_mark; from cellmech.fem.jit import _compiling\n"
+    marks += "from mpi4py import MPI\n"
     marks += "with _compiling(MPI.COMM_SELF) as found: print(tables_mark() in str(found['cffi_extra_compile_args']))"
     assert call(sys.executable, "-c", marks, XDG_CACHE_HOME=str(scene / "cache")).stdout == "True\n"
     tables = "from cellmech import fenicsx; print(fenicsx.tables_mark())"

@@ -22,9 +22,9 @@ BUILD = """
 import json, sys
 from dolfinx import fem
 from mpi4py import MPI
-from cellmech.disc import DiscSpec
-from cellmech.domain import build_domain
-from cellmech.forms import compile_form
+from cellmech.mesh.disc import DiscSpec
+from cellmech.fem.domain import build_domain
+from cellmech.fem.jit import compile_form
 
 comm = MPI.COMM_WORLD
 domain = build_domain(DiscSpec("full"), comm)
@@ -38,9 +38,9 @@ if comm.rank == 0:
 
 FAIL = """
 from mpi4py import MPI
-from cellmech.domain import from_gmsh
+from cellmech.fem.domain import from_gmsh
 from cellmech.errors import MeshError
-from cellmech.geometry import DiscSpec, build_disc, interrupt_kept
+from cellmech.mesh.geometry import DiscSpec, build_disc, interrupt_kept
 
 comm = MPI.COMM_WORLD
 
@@ -70,8 +70,8 @@ REFUSED = """
 import tempfile
 from mpi4py import MPI
 from cellmech import geometry, mesh_store
-from cellmech.domain import build_domain
-from cellmech.geometry import DiscSpec
+from cellmech.fem.domain import build_domain
+from cellmech.mesh.geometry import DiscSpec
 
 world = MPI.COMM_WORLD
 if world.rank == 0:
@@ -89,9 +89,9 @@ for _ in range(2):
 
 REUSE = """
 from mpi4py import MPI
-from cellmech.layering import MeshPlan
-from cellmech.scene_file import read_scene
-from cellmech.setup import Setup
+from cellmech.cell.layering import MeshPlan
+from cellmech.scene.files import read_scene
+from cellmech.cell.setup import Setup
 
 world, scene = MPI.COMM_WORLD, read_scene({"mesh": {"size_um": 8.0}}, "test")
 both = world.Dup()

@@ -13,11 +13,11 @@ FIND = """
 import json
 import numpy as np
 from mpi4py import MPI
-from cellmech.case import mesh_plan
-from cellmech.ellipticity import StabilityWatch
-from cellmech.scene_file import read_scene
-from cellmech.setup import Setup
-from cellmech.study_file import Case
+from cellmech.runs.case import mesh_plan
+from cellmech.solver.ellipticity import StabilityWatch
+from cellmech.scene.files import read_scene
+from cellmech.cell.setup import Setup
+from cellmech.scene.studies import Case
 
 comm = MPI.COMM_WORLD
 found = []

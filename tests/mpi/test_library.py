@@ -106,7 +106,7 @@ FORM = """
 import ufl
 from dolfinx import mesh
 from mpi4py import MPI
-from cellmech.forms import compile_form, pressure_space
+from cellmech.fem.jit import compile_form, pressure_space
 
 world = MPI.COMM_WORLD
 space = pressure_space(mesh.create_unit_square(world, 4, 4))

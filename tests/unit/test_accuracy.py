@@ -4,17 +4,10 @@ import math
 
 import pytest
 
-from cellmech.accuracy import (
-    MESH_RATIO,
-    PARTS,
-    assess,
-    bears_on,
-    numbers,
-    refinements,
-)
-from cellmech.accuracy_report import error_trees, report, table_rows
 from cellmech.errors import InputError
-from cellmech.scene_file import read_scene
+from cellmech.results.accuracy import MESH_RATIO, PARTS, assess, bears_on, numbers, refinements
+from cellmech.results.accuracy_report import error_trees, report, table_rows
+from cellmech.scene.files import read_scene
 
 
 def scene(**data):

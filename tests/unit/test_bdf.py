@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cellmech import bdf
+from cellmech.solver import bdf
 
 STEPS = [(1.0, 1.0, 1.0), (0.3, 0.7, 0.2), (2.0, 1.0, 3.0), (1e-3, 5e-4, 1e-3)]
 

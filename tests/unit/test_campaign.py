@@ -12,7 +12,7 @@ import pytest
 from cli.programs import ROOT
 
 import cellmech
-from cellmech.scene_file import read_scene
+from cellmech.scene.files import read_scene
 
 sys.path.append(str(ROOT / "tools"))
 import campaign_checks as checks

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from cellmech import case as cases
-from cellmech.case import mesh_plan, solve_case
-from cellmech.interrupts import Interrupted
-from cellmech.records import CaseFolder
-from cellmech.scene_file import read_scene
-from cellmech.setup import Setup
-from cellmech.study_file import Case
+from cellmech.cell.setup import Setup
+from cellmech.results.records import CaseFolder
+from cellmech.runs import case as cases
+from cellmech.runs.case import mesh_plan, solve_case
+from cellmech.runs.interrupts import Interrupted
+from cellmech.scene.case import Case
+from cellmech.scene.files import read_scene
 
 ENDS = [None, OSError(28, "No space left on device"), ZeroDivisionError(), KeyboardInterrupt(), Interrupted(15)]
 

@@ -9,10 +9,10 @@ import shutil
 import pytest
 from mpi4py import MPI
 
-from cellmech.case import mesh_plan, solve_case
-from cellmech.records import CHECKPOINT, CaseFolder
-from cellmech.scene_file import read_scene
-from cellmech.study_file import Case
+from cellmech.results.records import CHECKPOINT, CaseFolder
+from cellmech.runs.case import mesh_plan, solve_case
+from cellmech.scene.case import Case
+from cellmech.scene.files import read_scene
 
 SCENES = {
     "fluid": {},

@@ -10,11 +10,13 @@ from dolfinx.fem import petsc
 from problems import affine, block, displacement_space, solid
 from scipy.integrate import quad
 
-from cellmech.contact import Contact, Flat, Pillar, depth_and_normal, pressure, smooth_step
-from cellmech.forms import compile_form
-from cellmech.materials import mixtures
-from cellmech.outline import Outline, depth
-from cellmech.residual import Body, State, contact_work
+from cellmech.fem.coefficients import mixtures
+from cellmech.fem.jit import compile_form
+from cellmech.fem.outline import Outline, depth
+from cellmech.mechanics.balance import Body, contact_work
+from cellmech.mechanics.contact import Contact, pressure, smooth_step
+from cellmech.mechanics.obstacles import Flat, Pillar, depth_and_normal
+from cellmech.solver.state import State
 
 PILLARS = [Pillar(0.0, -10.0, 10.0, 9.5), Pillar(3.0, -2.0, 1.0, 4.0, 8.0), Pillar(-1.0, 0.5, 2.0, 3.0, 5.0)]
 OBSTACLES = [*PILLARS, Flat(-0.3)]

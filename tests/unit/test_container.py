@@ -9,13 +9,13 @@ import pytest
 from cli.programs import ENVIRONMENT
 from mpi4py import MPI
 
-from cellmech.compiler import OPTIONS
+from cellmech.fem.compiler import OPTIONS
 
 ROOT = Path(__file__).resolve().parents[2]
 OPEN_MPI = MPI.get_vendor()[1][0] if MPI.get_vendor()[0] == "Open MPI" else 0
 SHARES = """
 from mpi4py import MPI
-from cellmech.shared_memory import SEGMENT, release
+from cellmech.fem.shared_memory import SEGMENT, release
 world = MPI.COMM_WORLD
 def named():
     return sum(SEGMENT in line and "(deleted)" not in line for line in open("/proc/self/maps"))

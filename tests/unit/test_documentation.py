@@ -15,13 +15,13 @@ import pytest
 from pages import PAGES, ROOT, Page
 
 import cellmech
-from cellmech import plots
-from cellmech.command import parser
 from cellmech.errors import InputError
-from cellmech.records import flatten
-from cellmech.scene_file import read_scene
-from cellmech.scene_keys import KNOWN, STUDY_TABLES, is_known
-from cellmech.study_file import load_study
+from cellmech.figures import plots
+from cellmech.results.records import flatten
+from cellmech.runs.command import parser
+from cellmech.scene.files import read_scene
+from cellmech.scene.keys import KNOWN, STUDY_TABLES, is_known
+from cellmech.scene.studies import load_study
 
 sys.path.insert(0, str(ROOT / "tools"))
 import scene_reference

@@ -7,11 +7,11 @@ from dolfinx import fem
 from dolfinx.mesh import create_unit_square
 from mpi4py import MPI
 
-from cellmech.disc import DiscSpec
-from cellmech.domain import build_domain, from_gmsh, jacobian_coefficients, mesh_quality
 from cellmech.errors import MeshError
-from cellmech.forms import compile_form
-from cellmech.geometry import build_disc, build_ring
+from cellmech.fem.domain import build_domain, from_gmsh, jacobian_coefficients, mesh_quality
+from cellmech.fem.jit import compile_form
+from cellmech.mesh.disc import DiscSpec
+from cellmech.mesh.geometry import build_disc, build_ring
 
 COMM = MPI.COMM_SELF
 COARSE = DiscSpec(size_um=1.5)
@@ -137,7 +137,7 @@ def test_what_is_no_fault_of_the_mesh_is_no_mesh_error(monkeypatch, tmp_path):
     with pytest.raises(FileNotFoundError, match="gone"):
         build_domain(COARSE, COMM)
     monkeypatch.undo()
-    monkeypatch.setattr("cellmech.geometry.disc_sectors", lambda spec: 1 / 0)
+    monkeypatch.setattr("cellmech.mesh.geometry.disc_sectors", lambda spec: 1 / 0)
     with pytest.raises(RuntimeError, match=r"^ZeroDivisionError: division by zero$"):
         build_domain(COARSE, COMM)
 

@@ -7,10 +7,11 @@ import pytest
 from problems import LAW_NAMES, affine, block, displacement_space, domain_of, moduli, solid, wet
 from scipy.optimize import brentq
 
-from cellmech.ellipticity import Ellipticity, StabilityWatch, yeoh_bounds
-from cellmech.materials import mixtures
-from cellmech.moduli import lame
-from cellmech.residual import Body, State
+from cellmech.fem.coefficients import mixtures
+from cellmech.mechanics.balance import Body
+from cellmech.mechanics.moduli import lame
+from cellmech.solver.ellipticity import Ellipticity, StabilityWatch, yeoh_bounds
+from cellmech.solver.state import State
 
 YOUNG = 10.0
 

@@ -10,11 +10,11 @@ import ufl
 from dolfinx import fem
 from problems import LAW_NAMES, affine, block, displacement_space, moduli, solid
 
-from cellmech.energies import IN_PLANE, LAWS, energy_and_stress
-from cellmech.forms import PointValues
-from cellmech.kinematics import embed, green_lagrange
-from cellmech.materials import mixtures
-from cellmech.moduli import lame
+from cellmech.fem.coefficients import mixtures
+from cellmech.fem.jit import PointValues
+from cellmech.mechanics.kinematics import embed, green_lagrange
+from cellmech.mechanics.laws import IN_PLANE, LAWS, energy_and_stress
+from cellmech.mechanics.moduli import lame
 
 YOUNG, POISSON = 10.0, 0.3
 LMBDA, MU = lame(YOUNG, POISSON)

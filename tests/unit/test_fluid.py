@@ -7,11 +7,12 @@ from dolfinx import fem
 from dolfinx.fem import petsc
 from problems import affine, block, displacement_space, wet
 
-from cellmech import bdf
-from cellmech.fluid import fluid_stress
-from cellmech.forms import compile_form
-from cellmech.materials import mixtures
-from cellmech.residual import Body, State, viscous_work
+from cellmech.fem.coefficients import mixtures
+from cellmech.fem.jit import compile_form
+from cellmech.mechanics.balance import Body, viscous_work
+from cellmech.mechanics.fluid import fluid_stress
+from cellmech.solver import bdf
+from cellmech.solver.state import State
 
 LMBDA_F, MU_F = 3.0, 0.7
 

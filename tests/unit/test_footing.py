@@ -7,17 +7,17 @@ import pytest
 from mpi4py import MPI
 
 import cellmech
-from cellmech import resolution
-from cellmech.contact import Contact
-from cellmech.footing import Profile, feet, half_width
-from cellmech.layering import mesh_plan
-from cellmech.model import describe_model
-from cellmech.outline import Outline
-from cellmech.placement import Arch
-from cellmech.progress import results_table
-from cellmech.resolution import doubts, missed
-from cellmech.scene_file import read_scene
-from cellmech.setup import Setup
+from cellmech.cell.description import describe_model
+from cellmech.cell.footing import Profile, feet, half_width
+from cellmech.cell.layering import mesh_plan
+from cellmech.cell.setup import Setup
+from cellmech.fem.outline import Outline
+from cellmech.mechanics.contact import Contact
+from cellmech.runs.progress import results_table
+from cellmech.scene.files import read_scene
+from cellmech.scene.placement import Arch
+from cellmech.solver import resolution
+from cellmech.solver.resolution import doubts, missed
 
 DISC = Arch(0.0, 0.0, 10.0, 10.0, 2.0)
 ON_THE_FLAT = Profile(DISC, None, 0.0, 1, 1.0)
@@ -102,7 +102,7 @@ def test_depth_on_a_narrow_pillar_is_the_converged_one():
 
 def test_contact_that_the_mesh_has_missed_is_told_of(monkeypatch):
     """In the log, in the result, in the table."""
-    monkeypatch.setattr("cellmech.setup.follow", lambda spec, *others: spec)
+    monkeypatch.setattr("cellmech.cell.setup.follow", lambda spec, *others: spec)
     result = cellmech.solve(scene_of(title="missed", pillar=[narrow(0.25)]))
     text = result.result["model"]["warnings"]["contact mesh"]
     assert text.startswith("the mesh is too coarse for 1 of 1 contacts: 0.")

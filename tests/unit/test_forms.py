@@ -16,14 +16,14 @@ from dolfinx import fem, mesh
 from held_compiler import held_compiler
 from mpi4py import MPI
 
-from cellmech import forms
-from cellmech.forms import PointValues
+from cellmech.fem import jit
+from cellmech.fem.jit import PointValues
 
 COMPILE = """
 import ufl
 from dolfinx import fem, mesh
 from mpi4py import MPI
-from cellmech.forms import compile_form, displacement_space
+from cellmech.fem.jit import compile_form, displacement_space
 
 square = mesh.create_unit_square(MPI.COMM_SELF, 2, 2)
 u = fem.Function(displacement_space(square, 2))
@@ -79,7 +79,7 @@ def test_who_waits_for_a_stopped_compilation_says_for_which_process(held, tmp_pa
     stopped = start(tmp_path)
     begun(stopped, tmp_path)
     os.killpg(stopped.pid, signal.SIGSTOP)
-    waiting = start(tmp_path, "import cellmech.forms as f; f.TELL_S = 0.1\n")
+    waiting = start(tmp_path, "import cellmech.fem.jit as f; f.TELL_S = 0.1\n")
     said = waiting.stderr.readline()
     os.killpg(stopped.pid, signal.SIGCONT)
     held.touch()
@@ -128,13 +128,13 @@ def test_error_of_a_compilation_is_told_as_it_is(tmp_path, monkeypatch):
     for path in kept:
         path.touch()
     with pytest.raises(RuntimeError, match="no compiler"):
-        forms._compiled(MPI.COMM_SELF, make)
+        jit._compiled(MPI.COMM_SELF, make)
     assert len(tried) == 1 and all(path.exists() for path in kept)
 
 
 def test_who_waits_long_for_the_compiler_is_told_for_what(tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    monkeypatch.setattr(forms, "TELL_S", 0.0)
+    monkeypatch.setattr(jit, "TELL_S", 0.0)
     (tmp_path / "cellmech").mkdir()
     other = open(tmp_path / "cellmech" / "lock", "w")
     print(4711, file=other, flush=True)
@@ -146,8 +146,8 @@ def test_who_waits_long_for_the_compiler_is_told_for_what(tmp_path, monkeypatch,
         if len(looks) == 3:
             other.close()
 
-    monkeypatch.setattr(forms.time, "sleep", sleep)
-    with forms._compiling(MPI.COMM_SELF):
+    monkeypatch.setattr(jit.time, "sleep", sleep)
+    with jit._compiling(MPI.COMM_SELF):
         pass
     where = tmp_path / "cellmech" / "lock"
     assert capsys.readouterr().err == f"cellmech: waits for process 4711, which compiles equations and holds {where}\n"
@@ -170,7 +170,7 @@ def test_file_system_without_locks_will_do(why, tmp_path, monkeypatch):
     long_ago = time.time() - 610.0
     os.utime(dead, (long_ago, long_ago))
     square = mesh.create_unit_square(MPI.COMM_SELF, 1, 1)
-    one = forms.compile_form(fem.Constant(square, 1.0) * ufl.dx, MPI.COMM_SELF)
+    one = jit.compile_form(fem.Constant(square, 1.0) * ufl.dx, MPI.COMM_SELF)
     assert fem.assemble_scalar(one) == pytest.approx(1.0, rel=1e-14)
     assert alive.exists() and not dead.exists()
 

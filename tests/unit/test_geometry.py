@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from cellmech.disc import DiscSpec
-from cellmech.disc_script import disc_script
-from cellmech.domain import jacobian_coefficients
 from cellmech.errors import InputError, MeshError
-from cellmech.geometry import build_disc, build_ring, write_reference_geometries
+from cellmech.fem.domain import jacobian_coefficients
+from cellmech.mesh.disc import DiscSpec
+from cellmech.mesh.disc_script import disc_script
+from cellmech.mesh.geometry import build_disc, build_ring, write_reference_geometries
 
 MESHES = Path(__file__).parents[2] / "meshes"
 TO_DOLFINX = [0, 1, 2, 4, 5, 3]  # Gmsh numbers the edges 01, 12, 20
@@ -189,7 +189,7 @@ def test_full_mesh_is_its_own_mirror_image_and_contains_the_half_mesh(half):
 def test_same_specification_gives_the_same_mesh_in_another_process(half):
     code = (
         "import signal, sys, numpy as np\n"
-        "from cellmech.geometry import DiscSpec, build_disc\n"
+        "from cellmech.mesh.geometry import DiscSpec, build_disc\n"
         "with build_disc(DiscSpec()) as model:\n"
         "    tags, x, _ = model.mesh.getNodes()\n"
         "    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler  # Gmsh's import resets it\n"
@@ -221,7 +221,7 @@ def test_first_order_mesh_has_straight_triangles():
 
 
 def test_failure_of_gmsh_is_a_mesh_error(monkeypatch):
-    monkeypatch.setattr("cellmech.geo_script.GeoScript.text", lambda self: "Plane Surface(1) = {7};")
+    monkeypatch.setattr("cellmech.mesh.geo_script.GeoScript.text", lambda self: "Plane Surface(1) = {7};")
     with pytest.raises(MeshError, match="Gmsh could not mesh"), build_disc(DiscSpec()):
         pass
 

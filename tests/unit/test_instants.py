@@ -2,8 +2,8 @@
 
 import pytest
 
-from cellmech.instants import CLOSEST, apart, distinct
-from cellmech.schedule import Schedule
+from cellmech.solver.instants import CLOSEST, apart, distinct
+from cellmech.solver.schedule import Schedule
 
 END = 18000.0
 

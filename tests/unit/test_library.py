@@ -13,9 +13,9 @@ import pytest
 from PIL import Image
 
 import cellmech
-from cellmech.energies import neo_hookean
 from cellmech.figures.field_picture import make_film
-from cellmech.moduli import lame
+from cellmech.mechanics.laws import neo_hookean
+from cellmech.mechanics.moduli import lame
 
 ROOT = Path(__file__).resolve().parents[2]
 BLOCKS = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "adding.md").read_text(), flags=re.DOTALL)

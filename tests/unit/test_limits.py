@@ -5,8 +5,8 @@ import re
 import pytest
 
 from cellmech.errors import InputError
-from cellmech.limits import ROUNDING, below, told
-from cellmech.scene_file import read_scene
+from cellmech.scene.files import read_scene
+from cellmech.scene.limits import ROUNDING, below, told
 
 
 def layers(*radii):

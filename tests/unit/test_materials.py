@@ -6,11 +6,13 @@ import ufl
 from dolfinx import fem
 from problems import affine, block, displacement_space, domain_of, moduli, solid, value_at, wet
 
-from cellmech.energies import LAWS
-from cellmech.forms import compile_form
-from cellmech.kinematics import embed, green_lagrange
-from cellmech.materials import Material, mixtures
-from cellmech.residual import Body, State, stored_energy, viscous_work
+from cellmech.fem.coefficients import mixtures
+from cellmech.fem.jit import compile_form
+from cellmech.mechanics.balance import Body, stored_energy, viscous_work
+from cellmech.mechanics.kinematics import embed, green_lagrange
+from cellmech.mechanics.laws import LAWS
+from cellmech.mechanics.materials import Material
+from cellmech.solver.state import State
 
 H = np.array([[0.2, 0.1], [0.0, -0.1]])
 

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from cellmech import domain, geometry, mesh_store
-from cellmech.disc import DiscSpec
+from cellmech.fem import domain
+from cellmech.mesh import geometry, store
+from cellmech.mesh.disc import DiscSpec
 
 COARSE = DiscSpec(size_um=6.0)
 
@@ -52,35 +53,35 @@ def test_damaged_mesh_is_made_anew(keep, tmp_path):
     (file,) = (tmp_path / "cellmech" / "meshes").iterdir()
     whole = file.read_bytes()
     file.write_bytes(keep(whole))
-    assert mesh_store.kept(COARSE) is None
+    assert store.kept(COARSE) is None
     again = domain.build_domain(COARSE, MPI.COMM_SELF)
     assert np.array_equal(made.mesh.geometry.x, again.mesh.geometry.x)
-    assert mesh_store.kept(COARSE) is not None
+    assert store.kept(COARSE) is not None
 
 
 def test_disk_that_refuses_a_mesh_costs_only_time(tmp_path):
     (tmp_path / "cellmech").mkdir()
     (tmp_path / "cellmech" / "meshes").write_text("a file where the folder should be")
     with geometry.build_disc(COARSE) as model:
-        mesh_store.keep(COARSE, model)
-    assert mesh_store.kept(COARSE) is None
+        store.keep(COARSE, model)
+    assert store.kept(COARSE) is None
 
 
 def test_oldest_meshes_are_dropped(tmp_path, monkeypatch):
-    monkeypatch.setattr(mesh_store, "MOST", 2)
+    monkeypatch.setattr(store, "MOST", 2)
     specs = [DiscSpec(size_um=6.0 + k) for k in range(3)]
     for k, spec in enumerate(specs):
         domain.build_domain(spec, MPI.COMM_SELF)
         for file in (tmp_path / "cellmech" / "meshes").iterdir():
             os.utime(file, ns=(file.stat().st_mtime_ns - 10**9 * (3 - k),) * 2)
-    assert [mesh_store.kept(spec) is not None for spec in specs] == [False, True, True]
+    assert [store.kept(spec) is not None for spec in specs] == [False, True, True]
 
 
 def test_kept_mesh_needs_no_gmsh():
     domain.build_domain(COARSE, MPI.COMM_SELF)
     code = (
         "import sys; from mpi4py import MPI\n"
-        "from cellmech.domain import build_domain; from cellmech.disc import DiscSpec\n"
+        "from cellmech.fem.domain import build_domain; from cellmech.mesh.disc import DiscSpec\n"
         "build_domain(DiscSpec(size_um=6.0), MPI.COMM_SELF); assert 'gmsh' not in sys.modules\n"
         "build_domain(DiscSpec(size_um=6.5), MPI.COMM_SELF); assert hasattr(sys.modules['gmsh'], 'lib')\n"
     )

@@ -9,13 +9,16 @@ from dolfinx import fem
 from problems import LAW_NAMES, affine, block, domain_of, hold, moduli, solid
 from scipy.sparse import csr_matrix
 
-from cellmech import forms, p2_bubble
-from cellmech.energies import LAWS, VOLUMETRIC, energy_and_stress, mixed_energy_and_stress
-from cellmech.forms import PointValues, compile_form
-from cellmech.kinematics import Invariants, embed, green_lagrange
-from cellmech.materials import Material, mixtures
-from cellmech.residual import Body, State
-from cellmech.snes import Solver
+from cellmech.fem import jit, p2_bubble
+from cellmech.fem.coefficients import mixtures
+from cellmech.fem.jit import PointValues, compile_form
+from cellmech.mechanics.balance import Body
+from cellmech.mechanics.invariants import Invariants
+from cellmech.mechanics.kinematics import embed, green_lagrange
+from cellmech.mechanics.laws import LAWS, VOLUMETRIC, energy_and_stress, mixed_energy_and_stress
+from cellmech.mechanics.materials import Material
+from cellmech.solver.newton import Solver
+from cellmech.solver.state import State
 
 H = np.array([[0.2, 0.35], [-0.1, -0.25]])
 YOUNG, NEARLY = 10.0, 0.499
@@ -27,10 +30,10 @@ def mixed(law="neo-hookean", poisson=NEARLY, **more):
 
 
 def body_of(domain, material, bubble=True, degree=1, **more):
-    space = forms.displacement_space(domain.mesh, 2, bubble)
+    space = jit.displacement_space(domain.mesh, 2, bubble)
     bcs = (hold(space, domain, "left", 0), hold(space, domain, "bottom", 1))
     materials = material if isinstance(material, dict) else {"solid": material}
-    pressure = forms.pressure_space(domain.mesh, degree)
+    pressure = jit.pressure_space(domain.mesh, degree)
     return Body(domain, mixtures(domain, materials), space, bcs, pressure_space=pressure, **more)
 
 
@@ -40,7 +43,7 @@ def body_of(domain, material, bubble=True, degree=1, **more):
 @pytest.mark.parametrize("law", LAW_NAMES)
 def test_energy_is_that_without_lambda_and_half_lambda_times_the_square_of_the_measure(law):
     domain = block()
-    u = fem.Function(forms.displacement_space(domain.mesh, 1))
+    u = fem.Function(jit.displacement_space(domain.mesh, 1))
     u.x.array[:] = affine(u.function_space, H)
     E, constants = embed(green_lagrange(u)), moduli(law, YOUNG, 0.3)
     lmbda = constants.pop("lmbda")
@@ -93,7 +96,7 @@ def test_pressure_is_lambda_times_the_measure_where_mixed_and_nothing_elsewhere(
 @pytest.mark.parametrize("law", LAW_NAMES)
 def test_reported_strain_has_the_volume_of_the_pressure_and_the_shape_of_the_displacement(law):
     domain = block()
-    u = fem.Function(forms.displacement_space(domain.mesh, 2))
+    u = fem.Function(jit.displacement_space(domain.mesh, 2))
     u.x.array[:] = affine(u.function_space, H)
     (mixture,) = mixtures(domain, {"solid": mixed(law)})
     E, p = green_lagrange(u), fem.Constant(domain.mesh, 0.0)
@@ -181,9 +184,9 @@ def test_residual_turns_with_the_body():
 def stretched(material, bubble, degree):
     """A block pulled at its right side, its left side held."""
     domain = block(2.0, 1.0, 4, 2)
-    space = forms.displacement_space(domain.mesh, 2, bubble)
+    space = jit.displacement_space(domain.mesh, 2, bubble)
     bcs = [hold(space, domain, "left", k) for k in (0, 1)]
-    pressure = None if degree is None else forms.pressure_space(domain.mesh, degree)
+    pressure = None if degree is None else jit.pressure_space(domain.mesh, degree)
     body = Body(
         domain,
         mixtures(domain, {"solid": material}),
@@ -226,7 +229,7 @@ def test_failed_solve_leaves_the_pressure_as_it_was():
 
 
 def test_element_has_its_values_at_seven_nodes_and_its_bubble_inside():
-    element = forms.displacement_space(block().mesh, 2, bubble=True).element
+    element = jit.displacement_space(block().mesh, 2, bubble=True).element
     nodes = np.asarray(element.interpolation_points())
     np.testing.assert_allclose(element.basix_element.tabulate(0, nodes)[0, :, :, 0], np.eye(7), atol=1e-12)
     x, y = np.random.default_rng(2).dirichlet([1, 1, 1], 20)[:, :2].T
@@ -248,7 +251,7 @@ def inf_sup(n, bubble):
     """The least of sup_w (q, div w)/(|w|_1 |q|_0) over pressures q of mean 0; w = 0 on the whole boundary."""
     domain = block(nx=n, ny=n)
     mesh, dx = domain.mesh, domain.dx(6)
-    V, P = forms.displacement_space(mesh, 2, bubble), forms.pressure_space(mesh, 1)
+    V, P = jit.displacement_space(mesh, 2, bubble), jit.pressure_space(mesh, 1)
     u, w, p, q = ufl.TrialFunction(V), ufl.TestFunction(V), ufl.TrialFunction(P), ufl.TestFunction(P)
     facets = np.concatenate([domain.facet_tags.find(k) for k in domain.facets.values()])
     held = fem.locate_dofs_topological(V, 1, facets)

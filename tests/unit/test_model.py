@@ -3,10 +3,10 @@
 import pytest
 from mpi4py import MPI
 
-from cellmech.layering import mesh_plan
-from cellmech.model import describe_model
-from cellmech.scene_file import read_scene
-from cellmech.setup import Setup
+from cellmech.cell.description import describe_model
+from cellmech.cell.layering import mesh_plan
+from cellmech.cell.setup import Setup
+from cellmech.scene.files import read_scene
 
 FULL = {"shape": "full"}
 PAIR = [{"x_um": -7.0, "half_width_um": 3.0}, {"x_um": 7.0, "half_width_um": 3.0}]

@@ -11,7 +11,12 @@ sys.path.append(str(ROOT / "tools"))
 from mutants import Mutant, faults, read, word_of
 
 GOOD = Mutant(
-    "bdf1", "wrong", "cellmech/bdf.py", "omega = h / steps[1]", "omega = 0.0", f"tests/unit/{Path(__file__).name}"
+    "bdf1",
+    "wrong",
+    "cellmech/solver/bdf.py",
+    "omega = h / steps[1]",
+    "omega = 0.0",
+    f"tests/unit/{Path(__file__).name}",
 )
 GOOD = dataclasses.replace(GOOD, test=f"{GOOD.test}::test_every_mutant_applies_and_its_test_exists")
 
@@ -31,7 +36,7 @@ def test_mutants_are_spread_over_the_program():
 @pytest.mark.parametrize(
     ("change", "fault"),
     [
-        ({"old": "omega"}, "times in cellmech/bdf.py, not once"),
+        ({"old": "omega"}, "times in cellmech/solver/bdf.py, not once"),
         ({"old": "no such text"}, "occurs 0 times"),
         ({"file": "cellmech/none.py"}, "occurs 0 times"),
         ({"new": GOOD.old}, "changes nothing"),

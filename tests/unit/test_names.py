@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 
 from cellmech import Additions, InputError, load
-from cellmech.command import understand
 from cellmech.names import folded, plain, spelt
-from cellmech.scene_file import scene_to_toml
-from cellmech.study_file import load_study
+from cellmech.runs.command import understand
+from cellmech.scene.files import scene_to_toml
+from cellmech.scene.studies import load_study
 
 NFC, NFD = "caf\u00e9", "cafe\u0301"
 

@@ -5,10 +5,10 @@ import pytest
 from dolfinx import fem
 from mpi4py import MPI
 
-from cellmech.layering import mesh_plan
-from cellmech.outline import HALVINGS, _bisected
-from cellmech.scene_file import read_scene
-from cellmech.setup import Setup
+from cellmech.cell.layering import mesh_plan
+from cellmech.cell.setup import Setup
+from cellmech.fem.outline import HALVINGS, _bisected
+from cellmech.scene.files import read_scene
 
 SCENE = read_scene({"mesh": {"size_um": 8.0}}, "test")
 

@@ -22,7 +22,7 @@ from cellmech.paper.choices import MOST_RUNS, QUESTIONS, SUBJECTS, Trial, pairs,
 from cellmech.paper.misfit import LOST, log_ratio, misfit
 from cellmech.paper.ours import STUDIES
 from cellmech.paper.printed import read_paper
-from cellmech.study_file import load_study
+from cellmech.scene.studies import load_study
 from tests.paper_files import REST, write_result
 
 SIZES = {"sigma_mises": 5.0, "J1": 0.004, "J2": 0.008, "J3": 0.004}  # of the made-up differences from rest, as printed

@@ -42,8 +42,8 @@ from cellmech.paper.calibration import (
 from cellmech.paper.misfit import LOST
 from cellmech.paper.ours import STUDIES
 from cellmech.paper.printed import read_paper
-from cellmech.records import CaseFolder
-from cellmech.study_file import load_study
+from cellmech.results.records import CaseFolder
+from cellmech.scene.studies import load_study
 
 PRINTED = {
     law: read_paper().table("fig2")[law].values for law in ("saint-venant", "neo-hookean", "mooney-rivlin", "yeoh")
@@ -197,7 +197,7 @@ def test_end_state_that_fails_closes_its_files(monkeypatch: pytest.MonkeyPatch) 
     def solve(*arguments: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("cellmech.case.solve_case", solve)
+    monkeypatch.setattr("cellmech.runs.case.solve_case", solve)
     monkeypatch.setattr(CaseFolder, "close", noted)
     with pytest.raises(OSError, match="No space left"):
         calibration.end_state({"mesh.size_um": 8.0})

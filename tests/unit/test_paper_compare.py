@@ -22,7 +22,8 @@ from cellmech.paper.ours import STUDIES
 from cellmech.paper.places import Place
 from cellmech.paper.printed import PAPER_NUMBERS, RESTS, read_paper
 from cellmech.paper.section import signal, significant, tone_of
-from cellmech.study_file import Case, load_study
+from cellmech.scene.case import Case
+from cellmech.scene.studies import load_study
 
 
 @pytest.fixture(scope="module")

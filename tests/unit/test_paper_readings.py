@@ -25,7 +25,7 @@ from cellmech.paper.readings import (
     solve,
     within,
 )
-from cellmech.study_file import load_study
+from cellmech.scene.studies import load_study
 
 PAPER = read_paper()
 AS_PRINTED = READINGS[0]
@@ -152,7 +152,7 @@ def test_study_of_the_best_reading_has_a_case_a_printed_row():
 def test_solving_ends_with_the_study_that_was_stopped(status, tmp_path: Path, monkeypatch):
     """Cases without a solution are no reason to."""
     asked = []
-    monkeypatch.setattr("cellmech.study.main", lambda words: asked.append(words) or status)
+    monkeypatch.setattr("cellmech.runs.study.main", lambda words: asked.append(words) or status)
     with nullcontext() if status in (0, 1) else pytest.raises(SystemExit, match=str(status)):
         solve(AS_PRINTED, PAPER, tmp_path)
     assert len(asked) == (4 if status in (0, 1) else 1)

@@ -17,9 +17,9 @@ from plot_files import change, write_study, write_sweep
 
 from cellmech.errors import InputError
 from cellmech.figures.maps import COLOURS, draw_maps
+from cellmech.figures.plots import PAPER_NUMBERS, STUDIES
 from cellmech.figures.results import StudyResult, read_planned, read_study
-from cellmech.plots import PAPER_NUMBERS, STUDIES
-from cellmech.study_file import Study, load_study
+from cellmech.scene.studies import Study, load_study
 
 PAPER = tomllib.loads(PAPER_NUMBERS.read_text(encoding="utf-8"))
 FLUID, MODULI = (load_study(STUDIES / f"{stem}.toml") for stem in ("fig4", "fig6"))

@@ -15,12 +15,12 @@ from cellmech.figures.nucleus import nucleus_lines
 from cellmech.figures.number_tables import table3
 from cellmech.figures.parameter_tables import MINUS, PRINTED, keys, table1, table2
 from cellmech.figures.parameters import parameter, value_at
+from cellmech.figures.plots import PAPER_NUMBERS, STUDIES
 from cellmech.figures.results import read_planned
 from cellmech.figures.shapes import caption
 from cellmech.figures.table import Document, Table, Value
-from cellmech.plots import PAPER_NUMBERS, STUDIES
-from cellmech.scene import Scene
-from cellmech.study_file import load_study
+from cellmech.scene.scene import Scene
+from cellmech.scene.studies import load_study
 
 PAPER = tomllib.loads(PAPER_NUMBERS.read_text(encoding="utf-8"))["table3"]
 SIMULATIONS = load_study(STUDIES / "table3.toml")

@@ -20,15 +20,15 @@ from cellmech.figures import render as render
 from cellmech.figures.curves import draw_curves
 from cellmech.figures.geometry_figure import draw_geometry
 from cellmech.figures.number_tables import fig2_table
+from cellmech.figures.plots import PAPER_NUMBERS
 from cellmech.figures.results import StudyResult, read_study
 from cellmech.figures.shapes import draw_shapes, magnification, read_pose
 from cellmech.figures.style import LAWS as LOOKS
 from cellmech.figures.style import LAYER_COLOURS, SUBSTRATE, printed, provenance, save, spread, style
 from cellmech.figures.substrate import band, outline_of, polygons, surface_at
-from cellmech.plots import PAPER_NUMBERS
-from cellmech.result import Result, load
-from cellmech.scene import Scene
-from cellmech.sealed import file_hashes, sealed
+from cellmech.results.result import Result, load
+from cellmech.results.sealed import file_hashes, sealed
+from cellmech.scene.scene import Scene
 
 PAPER = tomllib.loads(PAPER_NUMBERS.read_text(encoding="utf-8"))["fig2"]
 BARE = {"pillar": [], "flat": False, "load": {"factor": 0.0}}
@@ -259,7 +259,7 @@ class TestSubstrate:
 
 
 def polygons_arch(scene: Scene) -> list[Any]:
-    from cellmech.placement import standing
+    from cellmech.scene.placement import standing
 
     return [one.arch for one in standing(True, scene.pillar)]
 

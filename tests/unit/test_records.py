@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from cellmech import archive, records
-from cellmech.archive import finished, input_key, write_tables
-from cellmech.records import CaseFolder, flatten, to_csv, write_whole
-from cellmech.scene_file import read_scene
-from cellmech.sealed import plain, sealed
-from cellmech.study_file import Case
+from cellmech.results import archive, records
+from cellmech.results.archive import finished, input_key, write_tables
+from cellmech.results.records import CaseFolder, flatten, to_csv, write_whole
+from cellmech.results.sealed import plain, sealed
+from cellmech.scene.case import Case
+from cellmech.scene.files import read_scene
 
 
 class Plan:

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from problems import block, displacement_space, hold, solid, wet
 
-from cellmech.materials import mixtures
-from cellmech.residual import Body
-from cellmech.run import Run
-from cellmech.schedule import Schedule, Totals
-from cellmech.snes import Outcome
-from cellmech.stepping import Equilibrium, follow
+from cellmech.fem.coefficients import mixtures
+from cellmech.mechanics.balance import Body
+from cellmech.solver.newton import Outcome
+from cellmech.solver.schedule import Schedule, Totals
+from cellmech.solver.simulation import Run
+from cellmech.solver.stepping import Equilibrium, follow
 
 
 def creeping(end_s=2.0, **schedule):

@@ -10,10 +10,10 @@ from pydantic import ValidationError
 from pydantic_core import PydanticCustomError
 
 from cellmech.errors import InputError
-from cellmech.fields import Number
-from cellmech.placement import Placement, overlaps, placement, rest_beside
-from cellmech.scene import LAYER_NAMES, Cell, Load, Pillar, Scene
-from cellmech.scene_file import read_scene, scene_hash, scene_to_toml
+from cellmech.scene.files import read_scene, scene_hash, scene_to_toml
+from cellmech.scene.placement import Placement, overlaps, placement, rest_beside
+from cellmech.scene.scene import LAYER_NAMES, Cell, Load, Pillar, Scene
+from cellmech.scene.value_types import Number
 
 FILE = "my/scene.toml"
 
@@ -125,7 +125,7 @@ def test_scene_is_immutable_and_keeps_the_rules_without_a_file():
 
 def test_scene_layer_loads_neither_numpy_nor_dolfinx():
     heavy = "numpy", "dolfinx", "gmsh", "mpi4py"
-    code = f"import sys, cellmech.study_file; print([name for name in {heavy} if name in sys.modules])"
+    code = f"import sys, cellmech.scene.studies; print([name for name in {heavy} if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
 

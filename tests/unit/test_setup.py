@@ -11,16 +11,16 @@ import pytest
 import ufl
 from mpi4py import MPI
 
-from cellmech.ellipticity import StabilityWatch
-from cellmech.energies import yeoh_in_plane
+from cellmech.cell.layering import MeshPlan, mesh_plan
+from cellmech.cell.samples import lattice
+from cellmech.cell.setup import Setup, material, obstacles_of, ramp, smeared_weights
 from cellmech.errors import SolveError
-from cellmech.forms import PointValues
-from cellmech.layering import MeshPlan, mesh_plan
-from cellmech.run import Run
-from cellmech.samples import lattice
-from cellmech.scene import LAYER_NAMES
-from cellmech.scene_file import read_scene
-from cellmech.setup import Setup, material, obstacles_of, ramp, smeared_weights
+from cellmech.fem.jit import PointValues
+from cellmech.mechanics.laws import yeoh_in_plane
+from cellmech.scene.files import read_scene
+from cellmech.scene.scene import LAYER_NAMES
+from cellmech.solver.ellipticity import StabilityWatch
+from cellmech.solver.simulation import Run
 
 
 def scene_of(**tables):

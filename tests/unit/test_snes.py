@@ -11,18 +11,20 @@ from mpi4py import MPI
 from petsc4py import PETSc
 from problems import block, displacement_space, hold, layered_disc, solid
 
-from cellmech import snes
-from cellmech.contact import Contact, Flat
-from cellmech.forms import compile_form
-from cellmech.layering import MeshPlan
-from cellmech.materials import mixtures
-from cellmech.modes import rigid_modes
-from cellmech.residual import Body, State, equilibrium
-from cellmech.run import Run
-from cellmech.scene_file import read_scene
-from cellmech.schedule import Schedule
-from cellmech.setup import Setup
-from cellmech.snes import MAX_ITERATIONS, Solver
+from cellmech.cell.layering import MeshPlan
+from cellmech.cell.setup import Setup
+from cellmech.fem.coefficients import mixtures
+from cellmech.fem.jit import compile_form
+from cellmech.mechanics.balance import Body, equilibrium
+from cellmech.mechanics.contact import Contact
+from cellmech.mechanics.obstacles import Flat
+from cellmech.scene.files import read_scene
+from cellmech.solver import newton
+from cellmech.solver.newton import MAX_ITERATIONS, Solver
+from cellmech.solver.rigid_modes import rigid_modes
+from cellmech.solver.schedule import Schedule
+from cellmech.solver.simulation import Run
+from cellmech.solver.state import State
 
 PULL = 6.0
 
@@ -94,7 +96,7 @@ def test_solve_that_runs_out_of_iterations_ends(allowed, monkeypatch):
         plain(self)
 
     monkeypatch.setattr(Solver, "rebuild", rebuild)
-    monkeypatch.setattr(snes, "MAX_ITERATIONS", allowed)
+    monkeypatch.setattr(newton, "MAX_ITERATIONS", allowed)
     outcome = solver.solve(1.0)
     assert outcome.iterations <= 2 * allowed
     assert outcome.converged or "Newton iterations" in outcome.reason
@@ -127,7 +129,7 @@ def test_every_factorisation_has_the_options_of_the_solver(tables):
     run.run(lambda step: None)
     solver = run.solver
     pc = solver._direct if run.modes is None else solver._bordered.inner
-    assert pc.getFactorMatrix().getMumpsIcntl(14) == snes.OPTIONS["mat_mumps_icntl_14"]
+    assert pc.getFactorMatrix().getMumpsIcntl(14) == newton.OPTIONS["mat_mumps_icntl_14"]
     run.close()
 
 
@@ -135,7 +137,7 @@ def test_every_factorisation_has_the_options_of_the_solver(tables):
 def test_tangent_that_finds_no_room_is_no_fault_of_the_body(tables):
     """MUMPS may take 1 MB; what stands between it and PETSc must not hide that."""
     run = run_of(tables)
-    limit = f"{snes.PREFIX}mat_mumps_icntl_23"
+    limit = f"{newton.PREFIX}mat_mumps_icntl_23"
     PETSc.Options()[limit] = 1
     try:
         with pytest.raises(MemoryError, match=rf"\({run.u.size} unknowns, ranks: 1, MUMPS error -\d+\)\. Fewer"):

@@ -5,7 +5,7 @@ import ast
 import pytest
 
 from cellmech import sources
-from cellmech.archive import SOLVER, source_hash
+from cellmech.results.archive import SOLVER, source_hash
 from cellmech.sources import PACKAGE, hash_behind, modules_behind
 
 FILES = {

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from cellmech import study_cases, toml_file
 from cellmech.errors import InputError
-from cellmech.scene import Scene
-from cellmech.scene_file import scene_to_toml
-from cellmech.study_file import Study, load_study, parse_overrides
+from cellmech.scene import toml_file, variants
+from cellmech.scene.files import scene_to_toml
+from cellmech.scene.scene import Scene
+from cellmech.scene.studies import Study, load_study, parse_overrides
 
 STUDIES = Path(__file__).parents[2] / "studies"
 
@@ -129,7 +129,7 @@ def test_sweep_names_are_short_and_plain(study, sweep, expected):
 
 def test_short_keys_are_the_shortest_endings_no_other_key_shares():
     keys = ["layer.lamina.young_Pa", "layer.cytosol.young_Pa", "load.factor", "pillar.0.x_um", "pillar.1.x_um"]
-    assert list(study_cases.short_keys(keys).values()) == [
+    assert list(variants.short_keys(keys).values()) == [
         "lamina.young_Pa", "cytosol.young_Pa", "factor", "pillar.0.x_um", "pillar.1.x_um",
     ]  # fmt: skip
 

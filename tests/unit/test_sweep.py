@@ -6,15 +6,15 @@ import pytest
 from locked_writes import locked_writes
 from mpi4py import MPI
 
-from cellmech import sweep as sweep_module
-from cellmech.archive import alone_in
 from cellmech.errors import SolveError
-from cellmech.handout import Counter
-from cellmech.interrupts import Interrupted, Interrupts
-from cellmech.scene import Scene
-from cellmech.sealed import sealed
-from cellmech.study_file import Case
-from cellmech.sweep import Job, hand_out, solve_jobs
+from cellmech.results.archive import alone_in
+from cellmech.results.sealed import sealed
+from cellmech.runs import sweep as sweep_module
+from cellmech.runs.handout import Counter
+from cellmech.runs.interrupts import Interrupted, Interrupts
+from cellmech.runs.sweep import Job, hand_out, solve_jobs
+from cellmech.scene.case import Case
+from cellmech.scene.scene import Scene
 
 
 class Watcher:

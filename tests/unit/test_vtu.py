@@ -5,7 +5,7 @@ import pytest
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
-from cellmech.vtu import _write_vtu
+from cellmech.results.field_files import _write_vtu
 
 
 @pytest.mark.parametrize(("n_nodes", "kind"), [(3, 5), (6, 22)])

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from cellmech.case import solve_case
+from cellmech.cell.layering import mesh_plan
+from cellmech.cell.setup import Setup
 from cellmech.errors import SolveError
-from cellmech.layering import mesh_plan
-from cellmech.records import CaseFolder
-from cellmech.scene import LAYER_NAMES
-from cellmech.scene_file import read_scene
-from cellmech.setup import Setup
-from cellmech.study_file import Case
+from cellmech.results.records import CaseFolder
+from cellmech.runs.case import solve_case
+from cellmech.scene.case import Case
+from cellmech.scene.files import read_scene
+from cellmech.scene.scene import LAYER_NAMES
 
 COARSE = {"size_um": 6.0}
 

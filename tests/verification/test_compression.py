@@ -6,10 +6,11 @@ import ufl
 from dolfinx.fem import petsc
 from problems import affine, block, displacement_space, hold, moduli, solid
 
-from cellmech.forms import compile_form
-from cellmech.materials import mixtures
-from cellmech.residual import Body, State, internal_work
-from cellmech.snes import Solver
+from cellmech.fem.coefficients import mixtures
+from cellmech.fem.jit import compile_form
+from cellmech.mechanics.balance import Body, internal_work
+from cellmech.solver.newton import Solver
+from cellmech.solver.state import State
 
 YOUNG, SECTION = 10.0, 2.0
 LAWS = [("mooney-rivlin", 2.5), ("yeoh", 2.5), ("yeoh", 0.25)]

@@ -7,10 +7,11 @@ By two independent codes the middle of the right edge rises by 14.74 ± 0.02 mm.
 import numpy as np
 from problems import block, displacement_space, hold
 
-from cellmech.materials import Material, mixtures
-from cellmech.residual import Body
-from cellmech.run import Run
-from cellmech.schedule import Schedule
+from cellmech.fem.coefficients import mixtures
+from cellmech.mechanics.balance import Body
+from cellmech.mechanics.materials import Material
+from cellmech.solver.schedule import Schedule
+from cellmech.solver.simulation import Run
 
 MU, POISSON, SHEAR = 422.5, 0.3, 62.5
 KAPPA = 2 * MU * (1 + POISSON) / (3 * (1 - 2 * POISSON))

@@ -11,10 +11,10 @@ import pytest
 from problems import block, displacement_space, hold, march, moduli, wet
 from scipy.integrate import solve_ivp
 
-from cellmech.materials import mixtures
-from cellmech.residual import Body
-from cellmech.run import Run
-from cellmech.schedule import Schedule
+from cellmech.fem.coefficients import mixtures
+from cellmech.mechanics.balance import Body
+from cellmech.solver.schedule import Schedule
+from cellmech.solver.simulation import Run
 
 YOUNG, POISSON, TRACTION, END = 10.0, 0.3, 4.0, 3.0
 SHARE, LMBDA_F, MU_F = 0.5, 6.0, 3.0

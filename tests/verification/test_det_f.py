@@ -5,16 +5,17 @@ import pytest
 import ufl
 from problems import affine, block, displacement_space, hold, solid, wet
 
-from cellmech.det_f import DetFWatch
 from cellmech.errors import SolveError
-from cellmech.forms import PointValues
-from cellmech.kinematics import deformation_gradient
-from cellmech.materials import mixtures
-from cellmech.residual import Body, State
-from cellmech.run import Run
-from cellmech.schedule import Schedule
-from cellmech.snes import Solver
-from cellmech.stepping import History
+from cellmech.fem.coefficients import mixtures
+from cellmech.fem.jit import PointValues
+from cellmech.mechanics.balance import Body
+from cellmech.mechanics.kinematics import deformation_gradient
+from cellmech.solver.det_f import DetFWatch
+from cellmech.solver.newton import Solver
+from cellmech.solver.schedule import Schedule
+from cellmech.solver.simulation import Run
+from cellmech.solver.state import State
+from cellmech.solver.stepping import History
 
 YOUNG = 10.0
 

@@ -3,11 +3,11 @@
 import pytest
 from mpi4py import MPI
 
-from cellmech.case import mesh_plan, solve_case
-from cellmech.disc import Grading
-from cellmech.records import CaseFolder, flatten
-from cellmech.scene_file import read_scene
-from cellmech.study_file import Case
+from cellmech.mesh.disc import Grading
+from cellmech.results.records import CaseFolder, flatten
+from cellmech.runs.case import mesh_plan, solve_case
+from cellmech.scene.case import Case
+from cellmech.scene.files import read_scene
 
 HISTORY_ONLY = ("energy.", "time_s", "over_time", "steps", "newton", "factorisations", "wall_s", "memory_MB", "settled")
 PLACES = ("_at_um.x", "_at_um.y")  # may jump between equal maxima

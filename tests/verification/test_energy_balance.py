@@ -12,16 +12,18 @@ import pytest
 from mpi4py import MPI
 from problems import block, displacement_space, hold, march, solid, wet
 
-from cellmech.case import mesh_plan, solve_case
-from cellmech.contact import Contact, Flat, Pillar
-from cellmech.energy import Ledger
-from cellmech.materials import mixtures
-from cellmech.records import CaseFolder
-from cellmech.residual import Body, State
-from cellmech.run import Run
-from cellmech.scene_file import read_scene
-from cellmech.schedule import Schedule
-from cellmech.study_file import Case
+from cellmech.fem.coefficients import mixtures
+from cellmech.mechanics.balance import Body
+from cellmech.mechanics.contact import Contact
+from cellmech.mechanics.obstacles import Flat, Pillar
+from cellmech.results.records import CaseFolder
+from cellmech.runs.case import mesh_plan, solve_case
+from cellmech.scene.case import Case
+from cellmech.scene.files import read_scene
+from cellmech.solver.energy_balance import Ledger
+from cellmech.solver.schedule import Schedule
+from cellmech.solver.simulation import Run
+from cellmech.solver.state import State
 
 GRAVITY, END = 3.0, 2.0  # Pa/µm, s
 

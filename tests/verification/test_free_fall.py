@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from cellmech.layering import mesh_plan
-from cellmech.scene_file import read_scene
-from cellmech.setup import Setup
+from cellmech.cell.layering import mesh_plan
+from cellmech.cell.setup import Setup
+from cellmech.scene.files import read_scene
 
 G = 9.81e6  # µm/s²
 

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 from mpi4py import MPI
 
-from cellmech.case import mesh_plan, solve_case
-from cellmech.records import CaseFolder
-from cellmech.study_file import load_study
+from cellmech.results.records import CaseFolder
+from cellmech.runs.case import mesh_plan, solve_case
+from cellmech.scene.studies import load_study
 
 ROOT = Path(__file__).parents[2]
 SPEC = importlib.util.spec_from_file_location("hard_cases", ROOT / "benchmarks" / "hard_cases.py")

@@ -11,15 +11,17 @@ from dolfinx import fem
 from problems import displacement_space, hold, layered_disc, solid
 from scipy.optimize import brentq
 
-from cellmech.contact import Contact, Flat
-from cellmech.disc import Grading
-from cellmech.energy import Ledger
-from cellmech.materials import mixtures
-from cellmech.outline import Outline, along, depth, slope
-from cellmech.residual import Body, State
-from cellmech.run import Run
-from cellmech.schedule import Schedule
-from cellmech.snes import Solver
+from cellmech.fem.coefficients import mixtures
+from cellmech.fem.outline import Outline, along, depth, slope
+from cellmech.mechanics.balance import Body
+from cellmech.mechanics.contact import Contact
+from cellmech.mechanics.obstacles import Flat
+from cellmech.mesh.disc import Grading
+from cellmech.solver.energy_balance import Ledger
+from cellmech.solver.newton import Solver
+from cellmech.solver.schedule import Schedule
+from cellmech.solver.simulation import Run
+from cellmech.solver.state import State
 
 RADIUS, YOUNG, POISSON = 8.0, 200.0, 0.3
 FLAT = Flat(0.0)

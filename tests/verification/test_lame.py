@@ -9,12 +9,13 @@ import ufl
 from dolfinx import fem
 from problems import displacement_space, hold, rows_ring, solid
 
-from cellmech.forms import compile_form
-from cellmech.kinematics import deformation_gradient, embed, green_lagrange, plane
-from cellmech.materials import mixtures
-from cellmech.moduli import lame
-from cellmech.residual import Body, State
-from cellmech.snes import Solver
+from cellmech.fem.coefficients import mixtures
+from cellmech.fem.jit import compile_form
+from cellmech.mechanics.balance import Body
+from cellmech.mechanics.kinematics import deformation_gradient, embed, green_lagrange, plane
+from cellmech.mechanics.moduli import lame
+from cellmech.solver.newton import Solver
+from cellmech.solver.state import State
 
 PRESSURE = 1e-7  # Pa: strains of some 1e-8, so that finite strain adds nothing that is seen here
 INNER, INTERFACE, OUTER = 1.0, 1.5, 2.0

@@ -10,8 +10,9 @@ from dolfinx import fem
 from manufactured import POISSON, YOUNG, body_with, solid_piola, solved, symbolic
 from problems import LAW_NAMES, rows_ring, solid, wet
 
-from cellmech.contact import Contact, Flat
-from cellmech.forms import PointValues, compile_form
+from cellmech.fem.jit import PointValues, compile_form
+from cellmech.mechanics.contact import Contact
+from cellmech.mechanics.obstacles import Flat
 
 SHARE, LMBDA_F, MU_F = 0.4, 6.0, 3.0  # of the wet solid
 KAPPA, SMOOTHING, FLAT = 2.0, 0.1, Flat(3.0)  # of the contact; the whole ring lies inside the flat

@@ -7,12 +7,14 @@ from dolfinx import fem
 from manufactured import YOUNG, solid_piola
 from problems import affine, block, hold, layered_disc, moduli, prescribe, rows_ring
 
-from cellmech import forms
-from cellmech.energies import LAWS
-from cellmech.forms import PointValues, compile_form
-from cellmech.materials import Material, mixtures
-from cellmech.residual import Body, State
-from cellmech.snes import Solver
+from cellmech.fem import jit
+from cellmech.fem.coefficients import mixtures
+from cellmech.fem.jit import PointValues, compile_form
+from cellmech.mechanics.balance import Body
+from cellmech.mechanics.laws import LAWS
+from cellmech.mechanics.materials import Material
+from cellmech.solver.newton import Solver
+from cellmech.solver.state import State
 
 NEARLY = 0.4999
 
@@ -39,7 +41,7 @@ def solve(body, guess=None, noise=0.0, tolerance=1e-11):
 def test_affine_boundary_data_and_constant_pressure_are_reproduced_to_round_off():
     """At a volume change that makes the pressure fifty times the shear modulus."""
     domain = layered_disc(size_um=1.5)
-    space = forms.displacement_space(domain.mesh, 2, bubble=True)
+    space = jit.displacement_space(domain.mesh, 2, bubble=True)
     exact = fem.Function(space)
     H = np.array([[0.15, 0.3], [-0.1, -0.2]])
     exact.x.array[:] = affine(space, H, (0.3, -0.2))
@@ -48,7 +50,7 @@ def test_affine_boundary_data_and_constant_pressure_are_reproduced_to_round_off(
         mixtures(domain, dict.fromkeys(domain.cells, mixed("neo-hookean", 0.499))),
         space,
         (prescribe(space, domain, ("outer", "axis"), exact),),
-        pressure_space=forms.pressure_space(domain.mesh),
+        pressure_space=jit.pressure_space(domain.mesh),
     )
     noise = 1e-4 * np.random.default_rng(6).uniform(-1, 1, len(exact.x.array))
     state = solve(body, exact.x.array, noise)
@@ -76,7 +78,7 @@ def measure(law, u):
 def errors(law, n, poisson=NEARLY, bubble=True, degree=1, share=1.0):
     """Of u in L2, of its gradient in L2, and of p in L2 relative to p. A quadratic p without bubble is P2 alone."""
     domain = rows_ring(n)
-    space = forms.displacement_space(domain.mesh, 2, bubble)
+    space = jit.displacement_space(domain.mesh, 2, bubble)
     lmbda = moduli(law, YOUNG, poisson)["lmbda"]
     exact = ufl.as_vector(nearly_isochoric(*ufl.SpatialCoordinate(domain.mesh), lmbda, ufl, share))
     boundary = fem.Function(space)
@@ -88,7 +90,7 @@ def errors(law, n, poisson=NEARLY, bubble=True, degree=1, share=1.0):
         space,
         (prescribe(space, domain, tuple(domain.facets), boundary),),
         body_force=-ufl.div(solid_piola(law, ufl.Identity(2) + ufl.grad(exact), poisson)),
-        pressure_space=forms.pressure_space(domain.mesh, degree),
+        pressure_space=jit.pressure_space(domain.mesh, degree),
     )
     state = State(body)
     state.u.x.array[:] = boundary.x.array
@@ -134,7 +136,7 @@ def test_column_under_its_weight_has_the_hydrostatic_pressure_in_every_element()
     x = domain.mesh.geometry.x
     inner = (x[:, 0] > 1e-9) & (x[:, 0] < 1 - 1e-9) & (x[:, 1] > 1e-9) & (x[:, 1] < height - 1e-9)
     x[inner, :2] += 0.05 * np.random.default_rng(5).uniform(-1, 1, (inner.sum(), 2))
-    space = forms.displacement_space(domain.mesh, 2, bubble=True)
+    space = jit.displacement_space(domain.mesh, 2, bubble=True)
     walls = (("left", 0), ("right", 0), ("bottom", 1))
     body = Body(
         domain,
@@ -142,7 +144,7 @@ def test_column_under_its_weight_has_the_hydrostatic_pressure_in_every_element()
         space,
         tuple(hold(space, domain, group, k) for group, k in walls),
         body_force=(0.0, -weight),
-        pressure_space=forms.pressure_space(domain.mesh),
+        pressure_space=jit.pressure_space(domain.mesh),
     )
     state = solve(body)
     constants = moduli("neo-hookean", YOUNG, NEARLY)

@@ -3,11 +3,11 @@
 import pytest
 from mpi4py import MPI
 
-from cellmech.case import mesh_plan, solve_case
-from cellmech.records import CaseFolder
-from cellmech.scene_file import read_scene
-from cellmech.setup import Setup
-from cellmech.study_file import Case
+from cellmech.cell.setup import Setup
+from cellmech.results.records import CaseFolder
+from cellmech.runs.case import mesh_plan, solve_case
+from cellmech.scene.case import Case
+from cellmech.scene.files import read_scene
 
 COARSE, FINE = 2.0, 1.0
 

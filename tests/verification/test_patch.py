@@ -5,10 +5,11 @@ import pytest
 from dolfinx import fem
 from problems import affine, displacement_space, layered_disc, prescribe, solid, wet
 
-from cellmech import bdf
-from cellmech.materials import mixtures
-from cellmech.residual import Body, State
-from cellmech.snes import Solver
+from cellmech.fem.coefficients import mixtures
+from cellmech.mechanics.balance import Body
+from cellmech.solver import bdf
+from cellmech.solver.newton import Solver
+from cellmech.solver.state import State
 
 H = np.array([[0.15, 0.3], [-0.1, -0.2]])
 OFFSET = (0.3, -0.2)

@@ -12,11 +12,13 @@ import ufl
 from dolfinx import fem
 from problems import block, displacement_space, hold, solid
 
-from cellmech.contact import Contact, Flat
-from cellmech.forms import compile_form
-from cellmech.materials import mixtures
-from cellmech.residual import Body, State
-from cellmech.snes import Solver
+from cellmech.fem.coefficients import mixtures
+from cellmech.fem.jit import compile_form
+from cellmech.mechanics.balance import Body
+from cellmech.mechanics.contact import Contact
+from cellmech.mechanics.obstacles import Flat
+from cellmech.solver.newton import Solver
+from cellmech.solver.state import State
 
 YOUNG, LOAD = 20.0, 4.0
 

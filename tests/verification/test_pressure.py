@@ -8,11 +8,11 @@ import ufl
 from manufactured import POISSON, YOUNG, body_with, solid_piola, solved, symbolic
 from problems import moduli, rows_ring, solid
 
-from cellmech.det_f import quadrature
-from cellmech.forms import PointValues
-from cellmech.kinematics import deformation_gradient
-from cellmech.observables import REPORTED
-from cellmech.samples import PRESSURE, PressureGradient, Samples, lattice, state_quantities
+from cellmech.cell.observables import REPORTED
+from cellmech.cell.samples import PRESSURE, PressureGradient, Samples, lattice, state_quantities
+from cellmech.fem.jit import PointValues
+from cellmech.mechanics.kinematics import deformation_gradient
+from cellmech.solver.det_f import quadrature
 
 
 def exact_pressure(domain):

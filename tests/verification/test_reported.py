@@ -12,18 +12,19 @@ from scipy.special import ellipe
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
-from cellmech.case import mesh_plan, solve_case
-from cellmech.contact import Contact, Flat, Pillar
-from cellmech.forms import compile_form
-from cellmech.materials import mixtures
-from cellmech.observables import Layout, Observer, Ring, point_fields
-from cellmech.records import CaseFolder, flatten
-from cellmech.residual import Body
-from cellmech.run import Run
-from cellmech.scene_file import read_scene
-from cellmech.schedule import Schedule
-from cellmech.study_file import Case
-from cellmech.vtu import write_fields
+from cellmech.cell.observables import Layout, Observer, Ring, point_fields
+from cellmech.fem.coefficients import mixtures
+from cellmech.fem.jit import compile_form
+from cellmech.mechanics.balance import Body
+from cellmech.mechanics.contact import Contact
+from cellmech.mechanics.obstacles import Flat, Pillar
+from cellmech.results.field_files import write_fields
+from cellmech.results.records import CaseFolder, flatten
+from cellmech.runs.case import mesh_plan, solve_case
+from cellmech.scene.case import Case
+from cellmech.scene.files import read_scene
+from cellmech.solver.schedule import Schedule
+from cellmech.solver.simulation import Run
 
 CENTRE = (0.0, 9.5)
 RADII = {"nucleoplasm": 4.9, "lamina": 5.0, "cytosol": 9.5, "membrane": 10.0}

@@ -5,13 +5,15 @@ import pytest
 from problems import affine, block, displacement_space, hold, solid
 from scipy.optimize import brentq
 
-from cellmech.contact import Contact, Flat, Pillar
-from cellmech.materials import mixtures
-from cellmech.outline import Outline, along, depth, slope
-from cellmech.residual import Body, State
-from cellmech.run import Run
-from cellmech.schedule import Schedule
-from cellmech.snes import Solver
+from cellmech.fem.coefficients import mixtures
+from cellmech.fem.outline import Outline, along, depth, slope
+from cellmech.mechanics.balance import Body
+from cellmech.mechanics.contact import Contact
+from cellmech.mechanics.obstacles import Flat, Pillar
+from cellmech.solver.newton import Solver
+from cellmech.solver.schedule import Schedule
+from cellmech.solver.simulation import Run
+from cellmech.solver.state import State
 
 GRAVITY = 2.0
 

@@ -7,11 +7,11 @@ from xml.etree import ElementTree
 import pytest
 from mpi4py import MPI
 
-from cellmech import snes
-from cellmech.case import mesh_plan, solve_case
-from cellmech.records import CaseFolder
-from cellmech.scene_file import read_scene
-from cellmech.study_file import Case
+from cellmech.results.records import CaseFolder
+from cellmech.runs.case import mesh_plan, solve_case
+from cellmech.scene.case import Case
+from cellmech.scene.files import read_scene
+from cellmech.solver import newton
 
 COARSE = {"mesh": {"size_um": 4.0}}
 END_ONLY = {**COARSE, "time": {"history": False}}
@@ -94,14 +94,14 @@ def test_verdict_on_a_collapse_says_that_the_material_had_given_way(tmp_path):
 
 
 def test_verdict_on_a_stable_material_does_not_blame_it(tmp_path, monkeypatch):
-    solver = snes.Solver.solve
+    solver = newton.Solver.solve
 
     def solve_light_loads(self, amplitude, **how):
         if amplitude > 0.01:
-            return snes.Outcome(False, 1, 1, 1.0, "too heavy")
+            return newton.Outcome(False, 1, 1, 1.0, "too heavy")
         return solver(self, amplitude, **how)
 
-    monkeypatch.setattr(snes.Solver, "solve", solve_light_loads)
+    monkeypatch.setattr(newton.Solver, "solve", solve_light_loads)
     result = solve(tmp_path, {**END_ONLY, "cell": {"law": "saint-venant"}})
     assert result["status"] == "failed"
     assert "too heavy; in the last state, which is saved" in result["reason"]

@@ -10,12 +10,14 @@ from dolfinx import fem
 from dolfinx.fem import petsc
 from problems import LAW_NAMES, affine, block, displacement_space, wet
 
-from cellmech import bdf
-from cellmech.contact import Contact, Flat, Pillar
-from cellmech.forms import compile_form
-from cellmech.materials import mixtures
-from cellmech.outline import Outline
-from cellmech.residual import Body, State, equilibrium, internal_work, stored_energy
+from cellmech.fem.coefficients import mixtures
+from cellmech.fem.jit import compile_form
+from cellmech.fem.outline import Outline
+from cellmech.mechanics.balance import Body, equilibrium, internal_work, stored_energy
+from cellmech.mechanics.contact import Contact
+from cellmech.mechanics.obstacles import Flat, Pillar
+from cellmech.solver import bdf
+from cellmech.solver.state import State
 
 OBSTACLES = (Flat(0.05), Pillar(0.2, -1.0, 1.5, 1.1, 4.0))
 CASES = [*((law, "surface") for law in LAW_NAMES), ("neo-hookean", "volume"), ("neo-hookean", "volume-printed")]

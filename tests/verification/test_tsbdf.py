@@ -17,16 +17,18 @@ from petsc4py import PETSc
 from problems import block, displacement_space, hold, march, wet
 from scipy.optimize import brentq
 
-from cellmech.contact import Contact, Pillar
-from cellmech.forms import compile_form
-from cellmech.kinematics import deformation_gradient
-from cellmech.layering import MeshPlan
-from cellmech.materials import mixtures
-from cellmech.residual import Body, State, equilibrium
-from cellmech.run import Run
-from cellmech.scene_file import read_scene
-from cellmech.schedule import Schedule
-from cellmech.setup import Setup, ramp
+from cellmech.cell.layering import MeshPlan
+from cellmech.cell.setup import Setup, ramp
+from cellmech.fem.coefficients import mixtures
+from cellmech.fem.jit import compile_form
+from cellmech.mechanics.balance import Body, equilibrium
+from cellmech.mechanics.contact import Contact
+from cellmech.mechanics.kinematics import deformation_gradient
+from cellmech.mechanics.obstacles import Pillar
+from cellmech.scene.files import read_scene
+from cellmech.solver.schedule import Schedule
+from cellmech.solver.simulation import Run
+from cellmech.solver.state import State
 
 CHECKS = 10  # times at which controlled steps are compared, evenly over the whole history
 

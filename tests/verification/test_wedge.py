@@ -12,12 +12,13 @@ import ufl
 from dolfinx import fem
 from problems import affine, block, displacement_space, hold, solid
 
-from cellmech.contact import Contact
-from cellmech.energy import Ledger
-from cellmech.materials import mixtures
-from cellmech.outline import Outline, along, depth, slope
-from cellmech.residual import Body, State
-from cellmech.snes import Solver
+from cellmech.fem.coefficients import mixtures
+from cellmech.fem.outline import Outline, along, depth, slope
+from cellmech.mechanics.balance import Body
+from cellmech.mechanics.contact import Contact
+from cellmech.solver.energy_balance import Ledger
+from cellmech.solver.newton import Solver
+from cellmech.solver.state import State
 
 YOUNG, POISSON, SIZE, PUSH = 200.0, 0.3, 20.0, 0.03
 STIFFNESS = YOUNG / (1 - POISSON**2)  # E*

@@ -1,0 +1,207 @@
+"""What a case models and what it leaves out, in words, with the reasons."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from cellmech.cell.footing import SIZE_OVER_RADIUS
+from cellmech.cell.setup import M_S2, Setup, material, mixed_layers
+from cellmech.scene.scene import AT_REST, LAYER_NAMES, MIXED_ABOVE, Mesh, Scene
+from cellmech.solver.ellipticity import yeoh_bounds
+from cellmech.solver.simulation import Run
+
+COARSE = 1.5  # mesh.size_um over the usual one from which a mesh is called coarse
+NO_INERTIA = 1e-9  # of the weight: rho a below it is below the Newton tolerance
+
+
+@dataclass(frozen=True)
+class Model:
+    """What is in the equations and what is not, each with the reason; hints say what could be left out too."""
+
+    modelled: Mapping[str, str]
+    left_out: Mapping[str, str]
+    warnings: Mapping[str, str]
+    hints: Mapping[str, str]
+
+    def lines(self) -> list[str]:
+        """For people."""
+        return [f"modelled: {k}: {v}" for k, v in self.modelled.items()] + [
+            f"{kind}: {k}: {v}"
+            for kind, part in (("left out", self.left_out), ("warning", self.warnings), ("hint", self.hints))
+            for k, v in part.items()
+        ]
+
+    def as_dict(self) -> dict[str, dict[str, str]]:
+        """For result.json."""
+        parts = {"modelled": self.modelled, "left_out": self.left_out, "warnings": self.warnings, "hints": self.hints}
+        return {name: dict(part) for name, part in parts.items()}
+
+
+def describe_model(setup: Setup, run: Run | None = None, found: Mapping[str, str] | None = None) -> Model:
+    """Say what a case models and what it leaves out, as of now (obstacles may come into reach during a run).
+
+    Args:
+        setup: the case.
+        run: its run, once there is one.
+        found: warnings that its states have led to.
+    """
+    scene, cell = setup.scene, setup.scene.cell
+    modelled: dict[str, str] = {"kinematics": "plane strain, finite strain"}
+    left: dict[str, str] = {}
+    own = setup.additions.materials
+    for law in scene.laws():
+        names = [n for n in LAYER_NAMES if scene.layer_law(n) == law and n not in own]
+        if names:
+            modelled[law] = f"solid phase of {', '.join(names)}"
+    for law_of_own in dict.fromkeys(one.law for one in own.values()):
+        names = [n for n in LAYER_NAMES if n in own and own[n].law is law_of_own]
+        modelled[f"{law_of_own.__name__} (not the scene's)"] = f"material of {', '.join(names)}"
+    modelled["displacement"] = _elements(scene)
+    _describe_pressure(setup, modelled, left)
+    wet = [n for n in LAYER_NAMES if (own.get(n) or material(scene, n)).rate_dependent]
+    if wet:
+        modelled["fluid phase"] = f"viscous stress of {', '.join(wet)}; BDF2 in time"
+    elif scene.time.history:
+        left["fluid phase"] = "every fluid fraction or viscosity is 0"
+    else:
+        left["fluid phase"] = (
+            "time.history is false: elastic equilibria, no energies of the way there; the fluid comes to rest in about "
+            f"{scene.relaxation_s:.3g} s, and the load does not change in the last "
+            f"{max(scene.time.end_s - scene.ramp_end_s, 0):g} s"
+        )
+    if cell.layers == "smeared":
+        modelled["layers"] = f"smeared over ± {cell.smear_um:g} um; meshed: {', '.join(n for n, _ in setup.interfaces)}"
+    else:
+        modelled["layers"] = f"meshed apart: {', '.join(n for n, _ in setup.interfaces)}"
+    waiting = setup.out_of_reach if run is None else run.out_of_reach
+    for label, obstacle in setup.obstacles.items():
+        if obstacle in waiting:
+            left[label] = "out of the cell's reach; checked at every step"
+        else:
+            modelled[label] = f"frictionless penalty contact, {scene.contact.form} form"
+    if cell.inertia:
+        modelled["inertia"] = "BDF2 on displacement and velocity"
+    else:
+        left["inertia"] = "not asked for; rho a is about 1e-16 of the elastic forces at these rates"
+    _describe_rest(setup, modelled, left)
+    return Model(modelled, left, {**_warnings(scene), **_mesh_warnings(setup), **(found or {})}, _hints(setup))
+
+
+def _warnings(scene: Scene) -> dict[str, str]:
+    return {**_yeoh_warning(scene), **_locking_warning(scene)}
+
+
+def _yeoh_warning(scene: Scene) -> dict[str, str]:
+    below, beyond = yeoh_bounds(scene.cell.beta_over_mu)
+    if "yeoh" not in scene.laws() or beyond is None:
+        return {}
+    text = f"beta/mu = {scene.cell.beta_over_mu:g}: "
+    if scene.cell.beta_over_mu > 0.5:
+        text += "alpha < 0 and the energy is unbounded below; "
+    text += f"ellipticity is lost in stretch, at constant area beyond J1 = {beyond:.3g}"
+    if below is not None:
+        text += f", and in compression of any kind below J1 = {below:.4g}"
+    return {"yeoh": f"{text}; how near this state comes is computed (stability)"}
+
+
+def _mesh_warnings(setup: Setup) -> dict[str, str]:
+    """A mesh coarser than its order needs for 1 %, and contacts too narrow for any mesh that would be made."""
+    scene, found = setup.scene, {}
+    usual = SIZE_OVER_RADIUS[scene.mesh.order] * scene.radius_um
+    if scene.mesh.size_um > COARSE * usual:
+        found["mesh"] = (
+            f"mesh.size_um = {scene.mesh.size_um:g} um is {scene.mesh.size_um / usual:.3g} times the {usual:.3g} um at "
+            f"which numbers of a cell of radius {scene.radius_um:g} um are within 1 %"
+        )
+    if any(setup.spec.least_size_um(foot) <= foot.least_um for foot in setup.spec.footprints):
+        narrow = min(foot.edges[0] for foot in setup.spec.footprints)
+        found["contact mesh"] = (
+            f"a contact {narrow:.2g} um in half-width is expected, and elements are not made smaller than "
+            f"{setup.spec.footprints[0].least_um:.2g} um: depth and strain beside it may be off by more than 1 %"
+        )
+    return found
+
+
+def _locking_warning(scene: Scene) -> dict[str, str]:
+    stiff = [name for name in scene.nearly_incompressible() if name not in mixed_layers(scene)]
+    if not stiff:
+        return {}
+    why = 'mesh.pressure is "none"' if scene.mesh.order == 2 else f"mesh.order is {scene.mesh.order}"
+    return {
+        "locking": f"Poisson's ratio is above {MIXED_ABOVE:g} in {', '.join(stiff)}, but {why}: the largest pressures "
+        "may be far off, and near 0.5 no equilibrium may be found"
+    }
+
+
+def _hints(setup: Setup) -> dict[str, str]:
+    """What the scene asks for though it does nothing to the numbers, or to those of the end state."""
+    scene, cell, hints = setup.scene, setup.scene.cell, {}
+    symmetric = setup.half or setup.mirror_symmetric
+    if not setup.half and symmetric:
+        hints["shape"] = (
+            'the scene is its own mirror image: cell.shape = "half"'
+            + (" about x = 0" if cell.centre_x_um else "")
+            + ", which mirrors its pillars, gives the same numbers with half the unknowns"
+        )
+    if scene.time.history and not cell.inertia and scene.rest_s > AT_REST * scene.relaxation_s:
+        hints["history"] = "time.history = false finds the same end state directly, without what happens on the way"
+    third, second = Mesh().size_um, Mesh(order=2).size_um
+    if scene.mesh.order == 2 and scene.mesh.size_um > 2 * second:
+        hints["mesh"] = f"second order is as accurate at mesh.size_um = {second:g} as third order at {third:g}"
+    if cell.inertia and symmetric and setup.place.touch and cell.gap_um == 0 and scene.load.half_ramp_s > 0:
+        gravity_um_s2 = scene.load.gravity_m_s2 * M_S2 * scene.load.factor
+        share = scene.radius_um / scene.load.half_ramp_s**2 / gravity_um_s2 if gravity_um_s2 else math.inf
+        if share < NO_INERTIA:
+            hints["inertia"] = f"rho a is below {share:.0e} of the weight: inertia = false gives the same numbers"
+    return hints
+
+
+def _elements(scene: Scene) -> str:
+    """The displacement's order on the elements, and why it is not the third."""
+    order = scene.mesh.order
+    if order == 3:
+        return "third order on triangles with curved sides"
+    if order == 1:
+        return "first order on triangles"
+    mixed, fluid = mixed_layers(scene), scene.without_solid()
+    why = "a pressure of its own takes it" if mixed else f"{', '.join(fluid)} without solid" if fluid else "asked for"
+    return f"second order on triangles with curved sides ({why})"
+
+
+def _describe_pressure(setup: Setup, modelled: dict[str, str], left: dict[str, str]) -> None:
+    scene, own = setup.scene, setup.additions.materials
+    mixed = [n for n in LAYER_NAMES if (own[n].mixed if n in own else n in mixed_layers(scene))]
+    if mixed:
+        why = "asked for" if scene.mesh.pressure == "mixed" else f"Poisson's ratio above {MIXED_ABOVE:g}"
+        names = ", ".join(mixed)
+        modelled["pressure"] = f"an unknown of its own in {names}, linear in each element ({why}); P2 with a bubble"
+    elif set(scene.nearly_incompressible()) <= own.keys():
+        why = f"no layer's Poisson's ratio is above {MIXED_ABOVE:g}: a displacement alone does not lock"
+        unknown = "; of materials that are not the scene's nothing is known" if own else ""
+        left["pressure as an unknown"] = why + unknown
+    else:
+        left["pressure as an unknown"] = "not asked for; see the warning"
+
+
+def _describe_rest(setup: Setup, modelled: dict[str, str], left: dict[str, str]) -> None:
+    scene = setup.scene
+    if setup.weight:
+        modelled["gravity"] = f"{setup.force_density:.6g} Pa/um per reference volume at full load"
+    else:
+        left["gravity"] = "the load is zero"
+    if setup.lift_um:
+        modelled["first touch"] = f"moved down by {setup.lift_um:g} um: without inertia the fall needs no solving"
+    if setup.place.slide_um:
+        way = f"{setup.place.slide_um:.6g} um along x"
+        modelled["place"] = f"moved by {way}: there the cell, which touched on a slope, rests on both sides"
+    if setup.half:
+        modelled["symmetry"] = "half cell, u_x = 0 on the axis"
+    elif not scene.cell.inertia:
+        sideways = " and mean u_x" if setup.free_sideways else ""
+        modelled["rigid modes"] = f"mean rotation{sideways} set to 0: nothing resists them"
+    if setup.body.rate_dependent:
+        modelled["time"] = f"variable-step BDF2, rtol {scene.time.rtol:g}"
+    else:
+        left["time stepping"] = "nothing depends on rate: load steps, no stored history"

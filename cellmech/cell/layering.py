@@ -1,0 +1,88 @@
+"""Which layers a mesh keeps apart, and the rings that follow smeared ones (eqs 1-5)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from cellmech.mesh.disc import UNIFORM, Grading
+from cellmech.scene.scene import LAYER_NAMES, LayerName, Scene
+
+INSIDE_OUT: tuple[LayerName, ...] = tuple(reversed(LAYER_NAMES))
+MERGED: dict[tuple[LayerName, ...], str] = {("nucleoplasm", "lamina"): "nucleus", ("cytosol", "membrane"): "cytoplasm"}
+THINNEST = 5e-3  # of the radius: their least width
+ASIDE = {"inside": -1.0, "outside": 1.0}  # half-widths from an interface to its fade's middle
+
+
+@dataclass(frozen=True)
+class MeshPlan:
+    """How a case is meshed.
+
+    Args:
+        merged: pairs of layers that are meshed as one (`mesh_plan`).
+        grading: where the elements are small.
+    """
+
+    merged: tuple[tuple[LayerName, ...], ...] = ()
+    grading: Grading = Grading()
+
+    def key(self) -> str:
+        """For the hash that ties a result to its inputs; the default grading is part of the program's own."""
+        other = [] if self.grading == Grading() else [repr(self.grading)]
+        return ";".join(["+".join(pair) for pair in self.merged] + other)
+
+    def interfaces(self, scene: Scene) -> tuple[tuple[str, float], ...]:
+        """(name, outer radius [µm]) of the groups to mesh, from the inside out."""
+        found = []
+        for inner, outer in (INSIDE_OUT[:2], INSIDE_OUT[2:]):
+            if (inner, outer) in self.merged:
+                found.append((MERGED[inner, outer], scene.outer_radius_um(outer)))
+            else:
+                found += [(inner, scene.outer_radius_um(inner)), (outer, scene.outer_radius_um(outer))]
+        return tuple(found if scene.cell.smear_um is None else _with_fades(scene, found))
+
+
+def fade_of(scene: Scene, name: LayerName) -> tuple[float, float]:
+    """Where a layer's fade into the next one outside has its middle, and its half-width along the radius [µm].
+
+    In squared distance (eqs 1-5 as printed) widths are `smear_um` at the nucleus's rim and narrower farther out.
+    """
+    smear, radius = scene.cell.smear_um or 0.0, scene.outer_radius_um(name)
+    if scene.cell.fade == "squared":
+        return radius, smear * scene.nucleus_radius_um / radius
+    return radius + smear * ASIDE.get(scene.cell.fade, 0.0), smear
+
+
+def _with_fades(scene: Scene, interfaces: list[tuple[str, float]]) -> list[tuple[str, float]]:
+    """The interfaces and circles between them, so that a fade from layer to layer is some elements wide.
+
+    The innermost pieces of a group are named after it with a number, the outermost keeps its name.
+    """
+    smear, radii = scene.cell.smear_um or 0.0, [radius for _, radius in interfaces]
+    rings = min(int(smear / (THINNEST * scene.radius_um) + 1e-9), scene.mesh.fade_rings)
+    if rings == 0:
+        return interfaces
+    fades = [
+        middle + k * (half / rings)
+        for middle, half in (fade_of(scene, name) for name in INSIDE_OUT[:-1])
+        for k in range(-rings, rings + 1)
+    ]
+    step = min(fade_of(scene, name)[1] for name in INSIDE_OUT[:-1]) / rings
+    for radius in sorted(r for r in fades if 0 < r < scene.radius_um):
+        if min(abs(radius - other) for other in radii) > step / 2:
+            radii.append(radius)
+    found, inner = [], 0.0
+    for name, outer in interfaces:
+        pieces = sorted(radius for radius in radii if inner < radius < outer)
+        found += [(f"{name} {k}", radius) for k, radius in enumerate(pieces, 1)] + [(name, outer)]
+        inner = outer
+    return found
+
+
+def mesh_plan(scene: Scene) -> MeshPlan:
+    """Mesh every layer apart, but for smeared ones, whose interfaces are none.
+
+    Layers of equal properties are meshed apart too: without an interface their maxima are looked for inside elements,
+    which takes longer than the few elements saved, and moves them by more than their error (`benchmarks/needs.py`).
+    """
+    merged = (INSIDE_OUT[:2], INSIDE_OUT[2:]) if scene.cell.layers == "smeared" else ()
+    return MeshPlan(merged, UNIFORM if scene.mesh.grading == "uniform" else Grading())

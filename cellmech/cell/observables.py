@@ -1,0 +1,300 @@
+"""What is reported of a state: maxima, means and shares per region, shape, contact, energies.
+
+Stress and strain are evaluated at fixed points of each element, its nodes or a finer lattice, from that element's own
+gradient and material; the largest value counts and neighbours are never averaged. Means are over the reference area. To
+add an observable: a method that returns a number, called in `Observer.observe`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from cellmech.cell.samples import (
+    AREA,
+    DET_F,
+    INTEGRALS,
+    LOWEST,
+    MAXIMA,
+    PLACES,
+    PRESSURE,
+    STEEPEST,
+    PressureGradient,
+    Region,
+    Samples,
+    lattice,
+    lattice_triangles,
+    merge,
+)
+from cellmech.errors import MeshError
+from cellmech.fem.outline import Outline
+from cellmech.mechanics.obstacles import Obstacle, Pillar
+from cellmech.solver.det_f import order_of, quadrature
+from cellmech.solver.simulation import Run
+
+QUANTITIES = {"sigma_mises": "_Pa", "J1": "", "J2": "", "J3": "", "pressure": "_Pa"}  # and their units
+REST = np.array([0.0, 2.0, 2.0, 1.0, 0.0])  # their values at rest
+STRAINS = ("J1", "J2", "J3")
+SETTLED = 1e-9  # a maximum over time moves on only for more than this share of its size: round-off is no growth
+REPORTED = {1: 1, 2: 2, 3: 4}  # subdivisions of an edge into reported points, by the displacement's order
+LATTICE = 16  # subdivisions of an element's edge where a reported layer is not meshed apart
+
+
+@dataclass(frozen=True)
+class Ring:
+    """A reported region: the points with inner <= r <= outer about the cell's centre [µm]."""
+
+    inner_um: float
+    outer_um: float
+
+    @property
+    def area_um2(self) -> float:
+        """Of the whole ring [µm^2]."""
+        return float(np.pi * (self.outer_um**2 - self.inner_um**2))
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The geometry that reporting needs.
+
+    Args:
+        centre: of the cell at the start [µm].
+        half: whether half a cell is modelled; totals are doubled then.
+        regions: reported regions by name.
+        groups: names of the cell groups a region consists of, for the regions that are meshed apart.
+        pillars: obstacles whose distance from the lamina is reported.
+        lift_um: how far the cell was moved to first touch [µm].
+        slide_um: how far it was moved along x to where it rests [µm].
+    """
+
+    centre: tuple[float, float]
+    half: bool
+    regions: Mapping[str, Ring]
+    groups: Mapping[str, tuple[str, ...]]
+    pillars: tuple[Pillar, ...]
+    lift_um: float = 0.0
+    slide_um: float = 0.0
+
+    @property
+    def copies(self) -> int:
+        """How many times the modelled part makes the whole cell."""
+        return 2 if self.half else 1
+
+
+class Observer:
+    """Looks at a run after each accepted step.
+
+    Args:
+        run: the run.
+        layout: where its regions are.
+    """
+
+    def __init__(self, run: Run, layout: Layout) -> None:
+        self.run, self.layout = run, layout
+        body = run.body
+        self.comm = body.domain.mesh.comm
+        order = order_of(body.space)
+        self.subdivisions = REPORTED[order]
+        reported, (q, w) = lattice(self.subdivisions)[0], quadrature(body.bulk_degree)
+        cells = np.arange(body.domain.mesh.topology.index_map(2).size_local, dtype=np.int32)
+        points, weights = np.vstack([reported, q]), np.concatenate([np.zeros(len(reported)), w])
+        self.samples = Samples(run, cells, points, weights, len(reported))
+        self.gradient = PressureGradient(run, self.samples, points, order)
+        self._fine: Samples | None = None
+        self.regions = {name: self._region(name) for name in layout.regions}
+        self.nucleus = Outline(body.domain, body.space, "nucleus_outline")
+        self._poles = [self._pole(-1.0), self._pole(1.0)]
+        self.peaks: dict[str, dict[str, tuple[float, float]]] = {name: {} for name in layout.regions}
+
+    def _region(self, name: str) -> Region:
+        if name in self.layout.groups:
+            numbers = [self.run.body.domain.cells[group] for group in self.layout.groups[name]]
+            rows = np.flatnonzero(np.isin(self.samples.groups, numbers))
+            n_points = self.samples.area.shape[1]
+            index = rows[:, None] * n_points + np.arange(n_points)
+            peak, bulk = index[:, : self.samples.n_max].ravel(), index[:, self.samples.n_max :].ravel()
+            return Region(self.samples, self.gradient, peak, bulk)
+        if self._fine is None:
+            points, weights = lattice(LATTICE)
+            self._fine = Samples(self.run, self.samples.cells, points, weights, len(points))
+        ring = self.layout.regions[name]
+        r = np.linalg.norm(self._fine.position - np.array(self.layout.centre), axis=-1).ravel()
+        slack = 1e-6 * ring.outer_um
+        inside = (r >= ring.inner_um - slack) & (r <= ring.outer_um + slack) & self._on_the_side_of(ring).ravel()
+        index = np.flatnonzero(inside)
+        covered = self.comm.allreduce(float(self._fine.area.reshape(-1)[index].sum()))
+        true = ring.area_um2 / self.layout.copies
+        return Region(self._fine, self.gradient, index, index, true / covered)
+
+    def _on_the_side_of(self, ring: Ring) -> np.ndarray:
+        """Whether points' elements lie on the ring's side of the nucleus outline, which is always an interface.
+
+        A point on the outline belongs to elements of both sides, whose materials may differ.
+        """
+        assert self._fine is not None
+        r = np.linalg.norm(self._fine.position - np.array(self.layout.centre), axis=-1)
+        nucleus_um = self.layout.regions["nucleus"].outer_um
+        within = r.mean(axis=1, keepdims=True) < nucleus_um
+        return np.broadcast_to(within == (ring.outer_um <= nucleus_um), r.shape)
+
+    def _pole(self, sign: float) -> np.ndarray:
+        """The owned dof of the nucleus outline's bottom (-1) or top (1) point on the axis, empty on other ranks."""
+        centre = np.array(self.layout.centre)
+        target = centre + np.array([0.0, sign * self.layout.regions["nucleus"].outer_um])
+        hit = np.linalg.norm(self.nucleus.reference - target, axis=-1) < 1e-6 * self.layout.regions["nucleus"].outer_um
+        return self.nucleus.dofs[hit][:1]
+
+    def _position(self, pole: np.ndarray) -> np.ndarray:
+        """Deformed position of a pole [µm]. Collective.
+
+        Raises:
+            MeshError: the mesh has no node there.
+        """
+        u, X = self.run.u.reshape(-1, 2), self.run.body.space.tabulate_dof_coordinates()[:, :2]
+        mine = (X[pole[0]] + u[pole[0]]) if len(pole) else None
+        found = [p for p in self.comm.allgather(mine) if p is not None]
+        if not found:
+            raise MeshError("the nucleus outline has no node on the cell's axis")
+        return found[0]
+
+    def observe(self, t_s: float) -> dict[str, Any]:
+        """Evaluate everything after an accepted step (before history moves); nested as in result.json. Collective."""
+        self.run.state.update()
+        self.samples.update()
+        self.gradient.update()
+        if self._fine is not None:
+            self._fine.update()
+        local = np.array([region.local() for region in self.regions.values()])
+        total = merge(self.comm.allgather(local)) if self.comm.size > 1 else local
+        self.table = dict(zip(self.regions, total, strict=True))
+        result: dict[str, Any] = {name: self._of_region(name, t_s) for name in self.regions}
+        result |= self._shares()
+        result["shape_index"], result["lamina_pillar_distance_um"] = self._shape()
+        result["contact"], result["energy"] = self._contact(), self._energy()
+        return result
+
+    def _of_region(self, name: str, t_s: float) -> dict[str, Any]:
+        row = self.table[name]
+        maxima, means = row[MAXIMA] + REST, row[INTEGRALS] / row[AREA] + REST
+        places = row[PLACES].reshape(-1, 2).tolist()
+        values: dict[str, Any] = {}
+        for k, (quantity, unit) in enumerate(QUANTITIES.items()):
+            largest = float(maxima[k])
+            peak = self.peaks[name].get(quantity, (-np.inf, 0.0))[0]
+            if largest - peak > SETTLED * abs(largest - REST[k]):
+                self.peaks[name][quantity] = (largest, t_s)
+            over_time = self.peaks[name][quantity] if self.run.has_a_way else (None, None)
+            values[f"{quantity}_max{unit}"] = largest
+            values[f"{quantity}_max_at_um"] = places[k]
+            values[f"{quantity}_max_over_time{unit}"] = over_time[0]
+            values[f"{quantity}_max_time_s"] = over_time[1]
+            values[f"{quantity}_mean{unit}"] = float(means[k])
+        values["pressure_min_Pa"], values["det_F_min"] = (float(value) for value in row[LOWEST])
+        values["pressure_gradient_max_Pa_per_um"] = float(row[STEEPEST])
+        values["area_um2"] = float(row[AREA]) * self.layout.copies
+        return values
+
+    def _shares(self) -> dict[str, Any]:
+        """The nucleus's part in the cell's deformation, in the paper's sense and in two others.
+
+        In the paper's sense most of it is the share of the areas, which are the circles' own: the mesh's would be off
+        by more than the strains add.
+        """
+        nucleus, cell = self.table["nucleus"], self.table["cell"]
+        inner, outer = (self.layout.regions[name].area_um2 / self.layout.copies for name in ("nucleus", "cell"))
+        area, peak, integral = {}, {}, {}
+        for k, name in enumerate(QUANTITIES):
+            if name not in STRAINS:
+                continue
+            part, whole = nucleus[INTEGRALS][k], cell[INTEGRALS][k]
+            area[name] = float(100 * (part + REST[k] * inner) / outer)
+            peak[name] = float(nucleus[k] / cell[k]) if cell[k] else None
+            integral[name] = float(part / whole) if whole else None
+        return {"share_of_area_percent": area, "share_of_max": peak, "share_of_integral": integral}
+
+    def _shape(self) -> tuple[dict[str, float], float | None]:
+        """Shape indices of the nucleus outline (eq. 33) and the gap between lamina and pillar on the axis [µm]."""
+        length, area = self.nucleus.extent(self.run.state.u)
+        bottom, top = (self._position(pole) for pole in self._poles)
+        half_length, half_area = length / (1 if self.layout.half else 2), area / (1 if self.layout.half else 2)
+        straight = float(np.linalg.norm(top - bottom))
+        index = {
+            "full": 4 * np.pi * 2 * half_area / (2 * half_length) ** 2,
+            "half_outline": 4 * np.pi * half_area / (half_length + straight) ** 2,
+            "half_area_full_perimeter": 4 * np.pi * half_area / (2 * half_length) ** 2,
+        }
+        tops = [top_of(pillar, bottom[0]) for pillar in self.layout.pillars]
+        below = [y for y in tops if y is not None]
+        return index, float(bottom[1] - max(below)) if below else None
+
+    def _contact(self) -> dict[str, float | None]:
+        run, layout = self.run, self.layout
+        force = run.ledger.contact_force() * layout.copies
+        weight = 0.0 - float(run.ledger.load_resultant()[1]) * run.ledger.amplitude * layout.copies
+        result: dict[str, float | None] = {
+            "force_Pa_x_um": float(force[1]),
+            "lateral_force_Pa_x_um": 0.0 if layout.half else float(force[0]),
+            "weight_Pa_x_um": weight,
+            "max_depth_um": None,
+            "max_pressure_Pa": None,
+            "half_width_um": None,
+            "lift_um": layout.lift_um,
+            "slide_um": layout.slide_um,
+        }
+        obstacles: tuple[Obstacle, ...] = (*run.body.obstacles, *run.out_of_reach)
+        if run.body.contact is not None and obstacles:
+            contact = run.body.contact
+            depth = run.outline.max_depth(run.state.u, obstacles)
+            length = run.outline.contact_length_x(run.state.u, obstacles, contact.threshold_um)
+            result["max_depth_um"] = max(depth, 0.0)
+            result["max_pressure_Pa"] = contact.pressure_at(depth)
+            result["half_width_um"] = length * layout.copies / 2
+        return result
+
+    def _energy(self) -> dict[str, float | None]:
+        ledger, copies = self.run.ledger, self.layout.copies
+        stored = {"stored": ledger.stored() * copies}
+        if not self.run.has_a_way:
+            return {**dict.fromkeys(("gravity_work", "dissipated", "contact_work", "balance_error")), **stored}
+        energies = stored | {
+            "dissipated": ledger.dissipated * copies,
+            "contact_work": ledger.contact_work * copies,
+        }
+        if self.run.body.density is not None:
+            energies["kinetic"] = ledger.kinetic() * copies
+        work = ledger.load_work * copies
+        return {"gravity_work": work, **energies, "balance_error": work - sum(energies.values())}
+
+
+def top_of(pillar: Pillar, x: float) -> float | None:
+    """Height of a pillar's surface at x [µm]; None beside it."""
+    rest = 1 - abs((x - pillar.x_um) / pillar.half_width_um) ** pillar.exponent
+    return float(pillar.y_um + pillar.height_um * rest ** (1 / pillar.exponent)) if rest > 0 else None
+
+
+def point_fields(observer: Observer) -> dict[str, np.ndarray]:
+    """Point data of the last observed state: what `fields` files hold.
+
+    Returns:
+        Values by name, shape (n_triangles, n_points) or, of vectors, (n_triangles, n_points, 2). An element is one
+        triangle of 3 or 6 points, of third order four of 6, with their ends first, then their middles in VTK's order.
+    """
+    samples, gradient = observer.samples, observer.gradient
+    reported = slice(0, samples.n_max)
+    position, values = samples.position[:, reported], samples.values[:, reported]
+    fields = {
+        "position": position,
+        "displacement_um": gradient.position[:, reported] - position,
+        "sigma_mises_Pa": values[..., 0],
+        "J1": values[..., 1] + REST[1],
+        "J2": values[..., 2] + REST[2],
+        "J3": values[..., 3] + REST[3],
+        "det_F": values[..., DET_F],
+        "pressure_Pa": values[..., PRESSURE],
+        "pressure_gradient_Pa_per_um": np.broadcast_to(gradient.values, position.shape),
+    }
+    pieces = lattice_triangles(observer.subdivisions)
+    return {name: array[:, pieces].reshape(-1, *array[:, pieces].shape[2:]) for name, array in fields.items()}

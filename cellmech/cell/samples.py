@@ -1,0 +1,196 @@
+"""Stress and strain at fixed points of every element, and their maxima and means over a region."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import ufl
+
+from cellmech.fem.jit import PointValues
+from cellmech.mechanics.kinematics import deformation_gradient, embed, green_lagrange, reported_strains
+from cellmech.mechanics.materials import Mixture
+from cellmech.solver.simulation import Run
+from cellmech.solver.state import State
+
+PRESSURE, DET_F = 4, 5  # columns after sigma_Mises and the strains
+N = 5  # quantities whose maxima and means are reported: the columns before det F
+# A region's numbers in one row, for exchange between ranks:
+MAXIMA, PLACES = slice(0, N), slice(N, 3 * N)  # less their rest values; x, y of each
+STEEPEST, LOWEST = 3 * N, slice(3 * N + 1, 3 * N + 3)  # pressure gradient; pressure, det F
+AREA, INTEGRALS = 3 * N + 3, slice(3 * N + 4, 4 * N + 4)
+
+
+def state_quantities(state: State, mixture: Mixture) -> Any:
+    """(sigma_Mises [Pa], J1 - 2, J2 - 2, J3 - 1, pressure [Pa], det F) as a UFL vector.
+
+    sigma_Mises is the von Mises norm of the full 3-D Cauchy stress of the whole mixture, sigma_zz included; the
+    pressure is minus a third of its trace. J1, J2, J3 of a mixed solid have the volume of its pressure.
+    """
+    F, E = embed(deformation_gradient(state.u), 1.0), green_lagrange(state.u)
+    S = mixture.solid(embed(E), state.p)[1]
+    if mixture.rate_dependent:
+        S = S + mixture.fluid(F, embed(state.strain_rate()))
+    sigma = F * S * F.T / ufl.det(F)
+    deviator = ufl.dev(sigma)
+    mises = ufl.sqrt(1.5 * ufl.inner(deviator, deviator))
+    return ufl.as_vector([mises, *reported_strains(mixture.strain(E, state.p)), -ufl.tr(sigma) / 3, ufl.det(F)])
+
+
+class Samples:
+    """Quantities at fixed points of some cells: the first `n_max` points count for maxima, `weights` for means."""
+
+    def __init__(self, run: Run, cells: np.ndarray, points: np.ndarray, weights: np.ndarray, n_max: int) -> None:
+        mesh, body = run.body.domain.mesh, run.body
+        self.cells, self.n_max, self.comm = cells, n_max, mesh.comm
+        tags = np.zeros(int(np.max(cells, initial=-1)) + 1, dtype=np.int32)
+        inside = body.domain.cell_tags.indices < len(tags)
+        tags[body.domain.cell_tags.indices[inside]] = body.domain.cell_tags.values[inside]
+        self._parts, state = [], run.state.parts()
+        for mixture in body.mixtures:
+            numbers = [body.domain.cells[name] for name in mixture.names]
+            rows = np.flatnonzero(np.isin(tags[cells], numbers))
+            self._parts.append((rows, PointValues(state_quantities(state, mixture), points, mesh.comm)))
+        place = ufl.as_vector([*ufl.SpatialCoordinate(mesh), ufl.JacobianDeterminant(mesh)])
+        placed = PointValues(place, points, mesh.comm)(cells)
+        self.position, self.area = placed[..., :2], np.abs(placed[..., 2]) * weights
+        self.groups = tags[cells]
+        self.values = np.zeros((len(cells), len(points), N + 1))
+
+    def update(self) -> None:
+        """Evaluate at the current state."""
+        for rows, values in self._parts:
+            if len(rows):
+                self.values[rows] = values(self.cells[rows])
+
+
+class PressureGradient:
+    """The pressure's gradient in space [Pa/µm].
+
+    In each element the pressure and the deformed position are fitted by polynomials of the reference coordinates, one
+    degree below the displacement's, and the slope of the one over the other is the gradient: for elements up to second
+    order one vector an element, from the pressure at the quadrature points; for third order one at each reported point,
+    from all points. Converges with order 1 and 2, like the derivative of the element's own stress, but with a fraction
+    of its error (tests/verification/test_pressure.py), and without second derivatives.
+
+    Args:
+        run: the run.
+        samples: of all points; the fit is to the last values.
+        points: their reference coordinates, shape (n_points, 2).
+        order: of the displacement.
+    """
+
+    def __init__(self, run: Run, samples: Samples, points: np.ndarray, order: int) -> None:
+        self._samples = samples
+        self._position = PointValues(ufl.SpatialCoordinate(run.body.domain.mesh) + run.state.u, points, samples.comm)
+        reported = points[: samples.n_max]
+        fitted = points if order > 2 else points[samples.n_max :]
+        self._from = slice(len(points) - len(fitted), None)
+        self._slopes = _slopes(fitted, reported if order > 2 else reported[:1], 2 if order > 2 else 1)
+        self.position = np.zeros((len(samples.cells), len(points), 2))
+        self.values = np.zeros((len(samples.cells), self._slopes.shape[1], 2))
+
+    def update(self) -> None:
+        """Fit at the current state."""
+        self.position = self._position(self._samples.cells)
+        columns = [*np.moveaxis(self.position[:, self._from], 2, 0), self._samples.values[:, self._from, PRESSURE]]
+        (a, c), (b, d), (p, q) = (tuple(column @ slopes.T for slopes in self._slopes) for column in columns)
+        self.values = np.stack([p * d - q * b, q * a - p * c], axis=-1) / (a * d - b * c)[..., None]
+
+
+def _slopes(fitted: np.ndarray, at: np.ndarray, degree: int) -> np.ndarray:
+    """What makes values at points the derivatives of the polynomial that fits them best; shape (2, n_at, n_fitted)."""
+    powers = [(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)]
+
+    def monomials(points: np.ndarray, d: int | None = None) -> np.ndarray:
+        columns = []
+        for i, j in powers:
+            factor, left = (1, (i, j)) if d is None else ((i, (i - 1, j)), (j, (i, j - 1)))[d]
+            columns.append(factor * points[:, 0] ** max(left[0], 0) * points[:, 1] ** max(left[1], 0))
+        return np.stack(columns, axis=-1)
+
+    fit = np.linalg.pinv(monomials(fitted))
+    return np.stack([monomials(at, d) @ fit for d in (0, 1)])
+
+
+@dataclass
+class Region:
+    """Flat indices into a sample set: points that count for maxima, points that count for means."""
+
+    samples: Samples
+    gradient: PressureGradient
+    peak: np.ndarray
+    bulk: np.ndarray
+    scale: float = 1.0  # true area over the area that the points stand for
+
+    def __post_init__(self) -> None:
+        shape = self.samples.values.shape[1]
+        self._rows = np.unique(self.peak // shape)  # of the gradient
+        self._area = self.scale * self.samples.area.reshape(-1)[self.bulk]
+
+    def local(self) -> np.ndarray:
+        """This rank's numbers: `MAXIMA`, `PLACES`, `STEEPEST`, `LOWEST`, `AREA`, `INTEGRALS`."""
+        row = np.zeros(INTEGRALS.stop)
+        if not len(self.peak):
+            row[MAXIMA], row[STEEPEST], row[LOWEST] = -np.inf, 0.0, np.inf
+            return row
+        values = self.samples.values.reshape(-1, N + 1)
+        peak, bulk = values[self.peak], values[self.bulk]
+        at = self.peak[np.argmax(peak[:, :N], axis=0)]
+        row[MAXIMA] = values[at, np.arange(N)]
+        row[PLACES] = self.samples.position.reshape(-1, 2)[at].ravel()
+        row[STEEPEST] = np.max(np.linalg.norm(self.gradient.values[self._rows], axis=-1))
+        row[LOWEST] = np.min(peak[:, N - 1 :], axis=0)
+        row[LOWEST.stop - 1] = min(row[LOWEST.stop - 1], np.min(bulk[:, DET_F], initial=np.inf))
+        row[AREA], row[INTEGRALS] = np.sum(self._area), self._area @ bulk[:, :N]
+        return row
+
+
+def merge(parts: Sequence[np.ndarray]) -> np.ndarray:
+    """Combine the ranks' `Region.local` rows, shape (n_regions, len(row)) each."""
+    total = np.array(parts[0])
+    for part in parts[1:]:
+        better = part[:, MAXIMA] > total[:, MAXIMA]
+        total[:, MAXIMA] = np.where(better, part[:, MAXIMA], total[:, MAXIMA])
+        total[:, PLACES] = np.where(np.repeat(better, 2, axis=1), part[:, PLACES], total[:, PLACES])
+        total[:, STEEPEST] = np.maximum(total[:, STEEPEST], part[:, STEEPEST])
+        total[:, LOWEST] = np.minimum(total[:, LOWEST], part[:, LOWEST])
+        total[:, AREA:] += part[:, AREA:]
+    return total
+
+
+def lattice(n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Points of the reference triangle's n-fold subdivision and weights that integrate linear functions exactly."""
+    index = _lattice_index(n)
+    weights = np.zeros(len(index))
+    for i, j in index:
+        for corners in (((i, j), (i + 1, j), (i, j + 1)), ((i + 1, j), (i + 1, j + 1), (i, j + 1))):
+            if all(c in index for c in corners):
+                weights[[index[c] for c in corners]] += 1 / (6 * n * n)
+    return np.array(list(index), dtype=float) / n, weights
+
+
+def lattice_triangles(n: int) -> np.ndarray:
+    """Numbers of the lattice's points in triangles that cover it: ends, then, for even n, the middles between them.
+
+    Shape (n * n, 3) for odd n, (n * n / 4, 6) for even n; sides are in VTK's order: 01, 12, 20.
+    """
+    index, step = _lattice_index(n), 1 if n % 2 else 2
+    found = []
+    for i, j in index:
+        if i % step or j % step:
+            continue
+        for a, b, c in (
+            ((i, j), (i + step, j), (i, j + step)),
+            ((i + step, j), (i + step, j + step), (i, j + step)),
+        ):
+            if b in index and c in index and a in index:
+                middles = [tuple((p + q) // 2 for p, q in zip(*ends, strict=True)) for ends in ((a, b), (b, c), (c, a))]
+                found.append([index[point] for point in (a, b, c, *(middles if step == 2 else ()))])
+    return np.array(found)
+
+
+def _lattice_index(n: int) -> dict[tuple[int, ...], int]:
+    return {ij: k for k, ij in enumerate((i, j) for j in range(n + 1) for i in range(n + 1 - j))}

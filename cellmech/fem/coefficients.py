@@ -1,0 +1,83 @@
+"""Which material is where: constants per named group of cells, or blended smoothly (eqs 1-13)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import ufl
+from dolfinx import fem
+
+from cellmech.fem.domain import Domain
+from cellmech.fem.jit import cellwise_space
+from cellmech.mechanics.laws import VOLUMETRIC
+from cellmech.mechanics.materials import Material, Mixture
+
+
+def mixtures(
+    domain: Domain, materials: Mapping[str, Material], blend: Mapping[str, ufl.core.expr.Expr] | None = None
+) -> tuple[Mixture, ...]:
+    """Group the materials by law and form.
+
+    Args:
+        domain: the mesh and its named groups.
+        materials: material by group name (every group of the domain), or by blended layer when `blend` is given.
+        blend: weight g_i of each material [-], UFL (eqs 8, 9: E = sum g_i E_i); all materials must share one law.
+
+    Raises:
+        ValueError: a group without material, blended materials of different laws, or a mixed material whose law has no
+            volumetric measure.
+    """
+    if unfit := sorted({m.law.__name__ for m in materials.values() if m.mixed and m.law not in VOLUMETRIC}):
+        raise ValueError(
+            f"{unfit[0]} states no volumetric measure (cellmech.mechanics.laws.volumetric): it cannot be mixed"
+        )
+    if blend is not None:
+        laws = {(m.law, m.mixed) for m in materials.values()}
+        if len(laws) != 1:
+            raise ValueError(f"blended layers need one law, all mixed or none, got {len(laws)}")
+        return (_mixture(domain, tuple(domain.cells), materials, blend),)
+    missing = set(domain.cells) - set(materials)
+    if missing:
+        raise ValueError(f"no material for the groups {sorted(missing)}")
+    by_law: dict[Any, list[str]] = {}
+    for name in domain.cells:
+        by_law.setdefault((materials[name].law, materials[name].mixed), []).append(name)
+    return tuple(_mixture(domain, tuple(names), {n: materials[n] for n in names}, None) for names in by_law.values())
+
+
+def _mixture(domain: Domain, names: tuple[str, ...], materials: Mapping[str, Material], blend: Any) -> Mixture:
+    members = {name: material.numbers() for name, material in materials.items()}
+    keys = next(iter(members.values()))
+    apart = len(members) > 1 and blend is None
+    space: Any = cellwise_space(domain.mesh) if apart else None
+    dofs = np.array([space.dofmap.cell_dofs(cell)[0] for cell in domain.cell_tags.indices if apart], np.int64)
+    coefficients = {}
+    for key in keys:
+        values = {name: numbers[key] for name, numbers in members.items()}
+        if apart:
+            coefficients[key] = _piecewise(domain, space, dofs, values)
+        elif len(set(values.values())) == 1:
+            coefficients[key] = fem.Constant(domain.mesh, float(next(iter(values.values()))))
+        else:
+            coefficients[key] = sum(fem.Constant(domain.mesh, float(values[n])) * blend[n] for n in values)
+    return Mixture(
+        names=names,
+        law=next(iter(materials.values())).law,
+        solid_fraction=coefficients.pop("solid_fraction"),
+        viscosity_lambda=coefficients.pop("viscosity_lambda"),
+        viscosity_mu=coefficients.pop("viscosity_mu"),
+        rate_dependent=any(m.rate_dependent for m in materials.values()),
+        mixed=next(iter(materials.values())).mixed,
+        constants=coefficients,
+    )
+
+
+def _piecewise(domain: Domain, space: Any, dofs: np.ndarray, values: Mapping[str, float]) -> fem.Function:
+    """A cell-wise constant function with the given value on each named group; `dofs` are those of the tagged cells."""
+    function, tags = fem.Function(space), domain.cell_tags
+    for name, value in values.items():
+        function.x.array[dofs[tags.values == domain.cells[name]]] = value
+    function.x.scatter_forward()
+    return function

@@ -1,0 +1,203 @@
+"""Figures and tables of the paper from files on disk: python -m cellmech.plots fig1|…|fig7|table1|table2|table3|….
+
+`movie` is a film of one case, whichever it is.
+
+Nothing is solved and DOLFINx is not needed. Exit status: 0; 1 when a case is missing or failed (the figure shows the
+others and says so); 2 for bad input.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from cellmech.console import bear_any_text, say
+from cellmech.errors import CellmechError, InputError
+from cellmech.figures.results import StudyResult, read_planned
+from cellmech.figures.style import save, style
+from cellmech.figures.table import Document
+from cellmech.names import path_there
+from cellmech.results.result import load
+from cellmech.scene.studies import load_study
+from cellmech.scene.toml_file import read_toml
+from cellmech.surroundings import open_streams
+
+STUDIES = Path(__file__).resolve().parents[2] / "studies"
+PAPER_NUMBERS = STUDIES / "paper_numbers.toml"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """The command line; the exit status is returned."""
+    open_streams()
+    bear_any_text()
+    options = _parser().parse_args(arguments)
+    try:
+        return int(options.run(options))
+    except CellmechError as error:
+        say(f"error: {error}", sys.stderr)
+        return 2 if isinstance(error, InputError) else 1
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m cellmech.plots", description="Figures and tables from result files, into --out."
+    )
+    commands = parser.add_subparsers(required=True, metavar="FIGURE")
+
+    def add(name: str, run: Any, about: str) -> argparse.ArgumentParser:
+        command: argparse.ArgumentParser = commands.add_parser(name, help=about, description=about)
+        command.add_argument(
+            "--out", type=path_there, default=Path("results/figures"), metavar="DIR", help="default: %(default)s"
+        )
+        command.add_argument("--stem", default=name, metavar="NAME", help="of the files written; default: %(default)s")
+        command.set_defaults(run=run)
+        return command
+
+    def add_study(name: str, run: Any, about: str, study: str, numbers: str) -> None:
+        command = add(name, run, about)
+        results = Path("results") / study
+        command.add_argument("--results", type=path_there, default=results, metavar="DIR", help="default: %(default)s")
+        command.set_defaults(numbers=numbers)
+        _add_study_file(command, study)
+        _add_paper(command)
+
+    scene = "scene or study file (its first case); default: Table 1"
+    add("fig1", _fig1, "initial geometry of a scene").add_argument("--scene", metavar="FILE", help=scene)
+    add_study("fig2", _curves, "stress and strain in the nucleus against time", "fig2", "fig2")
+    add_study("fig3", _shapes, "deformed cells at the four laws", "fig3", "fig2")
+    add_study("fig4", _maps, "maps over the fluid fractions", "fig4", "fig4")
+    add_study("fig5", _shapes, "deformed cells at the largest strains of Figures 4 and 6", "fig5", "fig4")
+    add_study("fig6", _maps, "maps over the moduli", "fig6", "fig6")
+    add_study("fig7", _described_shapes, "deformed cells in S1, S2, S3", "fig7", "table3")
+    add("table1", _table1, "parameters, beside the paper's").add_argument("--scene", metavar="FILE", help=scene)
+    table2 = add("table2", _table2, "the simulations S1, S2, S3")
+    _add_study_file(table2, "table3")
+    _add_paper(table2)
+    table2.set_defaults(numbers="table3")
+    add_study("table3", _table3, "maxima and shape index in S1, S2, S3", "table3", "table3")
+    add_study("table-fig2", _table_fig2, "maxima, means and shares at the four laws", "fig2", "fig2")
+    film = add("movie", _movie, "film of a field of one case, over the times at which its fields were written")
+    case = Path("results/movie/movie")
+    film.add_argument(
+        "--case", type=path_there, default=case, metavar="DIR", help="folder of the case; default: %(default)s"
+    )
+    film.add_argument("--field", default="J1", help="scalar of the field files; default: %(default)s")
+    film.add_argument("--magnify", type=float, default=1.0, help="displacements; default: %(default)g")
+    return parser
+
+
+def _add_study_file(command: argparse.ArgumentParser, stem: str) -> None:
+    about = "the study file, which says what cases there are; default: %(default)s"
+    command.add_argument("--study", type=path_there, default=STUDIES / f"{stem}.toml", metavar="FILE", help=about)
+
+
+def _add_paper(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--paper", type=path_there, default=PAPER_NUMBERS, metavar="FILE", help="the paper's printed numbers"
+    )
+
+
+def _fig1(options: argparse.Namespace) -> int:
+    from cellmech.figures.geometry_figure import draw_geometry
+
+    return _draw(options, draw_geometry, load_study(options.scene).cases[0].scene)
+
+
+def _curves(options: argparse.Namespace) -> int:
+    from cellmech.figures.curves import draw_curves
+
+    study = _study(options)
+    return _draw(options, draw_curves, study, _paper(options)) or _complain(study)
+
+
+def _maps(options: argparse.Namespace) -> int:
+    from cellmech.figures.maps import draw_maps
+
+    study = _study(options)
+    return _draw(options, draw_maps, study, _paper(options)) or _complain(study)
+
+
+def _shapes(options: argparse.Namespace) -> int:
+    from cellmech.figures.shapes import draw_shapes
+
+    study = _study(options)
+    return _draw(options, draw_shapes, study) or _complain(study)
+
+
+def _described_shapes(options: argparse.Namespace) -> int:
+    from cellmech.figures.nucleus import nucleus_lines
+    from cellmech.figures.shapes import draw_shapes
+
+    study, paper = _study(options), _paper(options)
+    return _draw(options, draw_shapes, study, lambda case: nucleus_lines(case, paper)) or _complain(study)
+
+
+def _movie(options: argparse.Namespace) -> int:
+    from cellmech.figures.field_picture import make_film
+
+    path = options.out / f"{options.stem}.gif"
+    with style():
+        count = make_film(load(options.case), path, options.field, options.magnify)
+    say(f"{path}: {count} pictures")
+    return 0
+
+
+def _table1(options: argparse.Namespace) -> int:
+    from cellmech.figures.parameter_tables import table1
+
+    return _print(options, table1(load_study(options.scene).cases[0].scene))
+
+
+def _table2(options: argparse.Namespace) -> int:
+    from cellmech.figures.parameter_tables import table2
+
+    return _print(options, table2(load_study(options.study), _paper(options)))
+
+
+def _table3(options: argparse.Namespace) -> int:
+    from cellmech.figures.number_tables import table3
+
+    study = _study(options)
+    return _print(options, table3(study, _paper(options))) or _complain(study)
+
+
+def _table_fig2(options: argparse.Namespace) -> int:
+    from cellmech.figures.number_tables import fig2_table
+
+    study = _study(options)
+    return _print(options, fig2_table(study, _paper(options))) or _complain(study)
+
+
+def _study(options: argparse.Namespace) -> StudyResult:
+    return read_planned(options.results, load_study(options.study))
+
+
+def _paper(options: argparse.Namespace) -> Mapping[str, Any]:
+    numbers = read_toml(str(options.paper)).get(options.numbers)
+    if not isinstance(numbers, dict):
+        raise InputError(str(options.paper), options.numbers, "there must be such a table")
+    return numbers
+
+
+def _draw(options: argparse.Namespace, draw: Any, *of: Any) -> int:
+    with style():
+        for path in save(draw(*of), options.out, options.stem):
+            say(str(path))
+    return 0
+
+
+def _print(options: argparse.Namespace, document: Document) -> int:
+    document.save(options.out, options.stem)
+    say(document.markdown())
+    return 0
+
+
+def _complain(study: StudyResult) -> int:
+    """Name the cases that are missing or failed; 1 when there are any."""
+    complaint = study.complaint()
+    if complaint:
+        say(f"warning: {study.folder}: {complaint}", sys.stderr)
+    return 1 if complaint else 0

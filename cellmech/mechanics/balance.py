@@ -1,0 +1,154 @@
+"""Equilibrium of the deforming body: eq. 32 as a weak form, with only the terms that are asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import ufl
+
+from cellmech.mechanics.contact import Contact
+from cellmech.mechanics.kinematics import deformation_gradient, embed, green_lagrange, plane
+from cellmech.mechanics.materials import Mixture
+from cellmech.mechanics.obstacles import Obstacle
+
+BULK_DEGREE = 4  # quadrature degree of the bulk terms
+CONTACT_DEGREE = 9  # of the contact terms, whose integrand has a kink inside an element
+
+
+class Motion(Protocol):
+    """What the terms of eq. 32 need of a body's state."""
+
+    u: Any
+    now: Any
+
+    @property
+    def p(self) -> Any:
+        """Pressure of the mixed materials [Pa]."""
+
+    def strain_rate(self) -> Any:
+        """dE/dt [1/s]."""
+
+    def velocity(self) -> Any:
+        """du/dt [µm/s]."""
+
+    def acceleration(self) -> Any:
+        """d^2u/dt^2 [µm/s^2]."""
+
+
+@dataclass(frozen=True)
+class Body:
+    """A mechanical problem, free of any scene: what moves, what it is made of, what acts on it.
+
+    Args:
+        domain: `mesh`, and the measures `dx`, `ds` and the `constant` of forms on it (`cellmech.fem.domain.Domain`).
+        mixtures: materials (`cellmech.fem.coefficients.mixtures`).
+        bcs: homogeneous or fixed Dirichlet conditions on the displacement, built on `space`.
+        body_force: dead force per reference volume at full load [Pa/µm], shape (2,), numbers or a UFL vector field.
+        tractions: dead traction per reference area at full load [Pa] by name of the facet group, each as `body_force`.
+        contact: how obstacles push, None without any.
+        obstacles: the obstacles that are modelled.
+        density: [Pa s^2/µm^2] when inertia is modelled, None for a quasi-static body.
+        amplitude: load factor as a function of time [s], 0 … 1.
+        bulk_degree, contact_degree: quadrature degrees.
+        pressure_space: discontinuous functions for the pressure of mixed materials, if there are any.
+    """
+
+    domain: Any
+    mixtures: tuple[Mixture, ...]
+    space: Any
+    bcs: tuple[Any, ...] = ()
+    body_force: Any = (0.0, 0.0)
+    tractions: dict[str, Any] | None = None
+    contact: Contact | None = None
+    obstacles: tuple[Obstacle, ...] = ()
+    density: float | None = None
+    amplitude: Callable[[float], float] = lambda t: 1.0
+    bulk_degree: int = BULK_DEGREE
+    contact_degree: int = CONTACT_DEGREE
+    pressure_space: Any = None
+
+    @property
+    def rate_dependent(self) -> bool:
+        """Whether any stress depends on rate, or inertia is modelled: whether time is more than a load parameter."""
+        return self.density is not None or any(m.rate_dependent for m in self.mixtures)
+
+
+def stored_energy(body: Body, state: Motion) -> ufl.Form:
+    """Sum of c_s W over the body [Pa µm^2]."""
+    E = embed(green_lagrange(state.u))
+    return sum(m.solid(E, state.p)[0] * body.domain.dx(body.bulk_degree, m.names) for m in body.mixtures)
+
+
+def kinetic_energy(body: Body, state: Motion) -> ufl.Form:
+    """rho v^2 / 2 over a body with density [Pa µm^2], at the current time."""
+    v, rho = state.velocity(), body.domain.constant(body.density)
+    return 0.5 * rho * ufl.dot(v, v) * body.domain.dx(body.bulk_degree)
+
+
+def internal_work(body: Body, state: Motion, w: Any) -> ufl.Form:
+    """Virtual work of the solid stress, int P : grad w dV with P = F c_s S_s [Pa µm] (eqs 6, 32)."""
+    F, E = deformation_gradient(state.u), embed(green_lagrange(state.u))
+    return sum(
+        ufl.inner(F * plane(m.solid(E, state.p)[1]), ufl.grad(w)) * body.domain.dx(body.bulk_degree, m.names)
+        for m in body.mixtures
+    )
+
+
+def viscous_work(body: Body, state: Motion, w: Any) -> ufl.Form | None:
+    """Virtual work of the fluid stress, P = F c_f S_f [Pa µm] (eqs 6, 23); None where no fluid carries stress."""
+    F, E_dot = deformation_gradient(state.u), state.strain_rate()
+    terms = [
+        ufl.inner(F * m.fluid(F, E_dot), ufl.grad(w)) * body.domain.dx(body.bulk_degree, m.names)
+        for m in body.mixtures
+        if m.rate_dependent
+    ]
+    return sum(terms) if terms else None
+
+
+def inertial_work(body: Body, state: Motion, w: Any) -> ufl.Form | None:
+    """Virtual work of rho a [Pa µm] (eq. 32); None for a quasi-static body."""
+    if body.density is None:
+        return None
+    rho = body.domain.constant(body.density)
+    return rho * ufl.dot(state.acceleration(), w) * body.domain.dx(body.bulk_degree)
+
+
+def contact_work(body: Body, state: Motion, w: Any) -> ufl.Form | None:
+    """Virtual work of the obstacles on the body, terms added as in eq. 27 [Pa µm]; None without obstacles."""
+    if body.contact is None or not body.obstacles:
+        return None
+    dx, ds = body.domain.dx(body.contact_degree), body.domain.ds(body.contact_degree, ("outer",))
+    return sum(body.contact.virtual_work(state.u, w, obstacle, dx, ds) for obstacle in body.obstacles)
+
+
+def load_work(body: Body, w: Any) -> ufl.Form:
+    """Virtual work of the dead loads at full amplitude [Pa µm] (eqs 24, 32)."""
+
+    def vector(load: Any) -> Any:
+        is_field = isinstance(load, ufl.core.expr.Expr)
+        return load if is_field else body.domain.constant(load)
+
+    work = ufl.dot(vector(body.body_force), w) * body.domain.dx(body.bulk_degree)
+    for name, traction in (body.tractions or {}).items():
+        work += ufl.dot(vector(traction), w) * body.domain.ds(body.bulk_degree, (name,))
+    return work
+
+
+def equilibrium(body: Body, state: Motion, amplitude: Any) -> tuple[ufl.Form, ufl.Form]:
+    """Residual R(u; w) of eq. 32 [Pa µm] and its tangent K = dR/du, always by `ufl.derivative`.
+
+    With mixed materials K is the tangent at fixed pressure; `cellmech.solver.saddle` has the rest. The unknown is
+    `state.u`, or `now.part` of a state that is written as part and offset.
+    """
+    w, du = ufl.TestFunction(body.space), ufl.TrialFunction(body.space)
+    unknown = state.u if isinstance(state.u, ufl.Coefficient) else state.now.part
+    R = internal_work(body, state, w) - amplitude * load_work(body, w)
+    for resisting in (viscous_work(body, state, w), inertial_work(body, state, w)):
+        if resisting is not None:
+            R += resisting
+    contact = contact_work(body, state, w)
+    if contact is not None:
+        R -= contact
+    return R, ufl.derivative(R, unknown, du)

@@ -1,0 +1,292 @@
+"""One case from its scene to its result files."""
+
+from __future__ import annotations
+
+import platform
+import resource
+import time
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass
+from typing import Any
+
+import cellmech.fem.started  # noqa: F401 before all that it starts
+
+# isort: split
+
+import dolfinx
+import numpy as np
+from mpi4py import MPI
+from petsc4py import PETSc
+
+from cellmech import __version__
+from cellmech.cell.additions import Additions
+from cellmech.cell.description import describe_model
+from cellmech.cell.layering import MeshPlan, mesh_plan
+from cellmech.cell.observables import Observer
+from cellmech.cell.setup import NONE, Setup
+from cellmech.errors import SolveError
+from cellmech.results import checkpoint
+from cellmech.results.field_files import write_fields
+from cellmech.results.records import CaseFolder, flatten
+from cellmech.scene.case import Case
+from cellmech.scene.files import scene_to_toml
+from cellmech.solver.ellipticity import AT_REST, Stability, StabilityWatch
+from cellmech.solver.resolution import MISSED, doubts, missed
+from cellmech.solver.schedule import Memory, Step
+from cellmech.solver.simulation import Run
+
+__all__ = ["Description", "MeshPlan", "Progress", "describe_case", "mesh_plan", "solve_case"]
+
+SLIDING = 1e-3  # share of the weight that may push sideways, or turn at the radius: an unsymmetric mesh, not a slope
+MEMORY_BASE_MB, MEMORY_PER_DOF_MB = 260.0, 0.012
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a case is."""
+
+    case: str
+    t_s: float
+    end_s: float
+    step: int
+    newton: int
+
+
+@dataclass(frozen=True)
+class Description:
+    """What a case will model, and its size."""
+
+    model: list[str]
+    cells: int
+    dofs: int
+    memory_MB: float
+
+
+def solve_case(
+    case: Case,
+    folder: CaseFolder,
+    comm: MPI.Comm,
+    plan: MeshPlan,
+    report: Callable[[Progress], None],
+    additions: Additions = NONE,
+) -> dict[str, Any]:
+    """Solve one case and write its files; the content of result.json is returned (collective on comm).
+
+    A physical failure is a result too: status "failed", its reason, and the last good state.
+    """
+    with ExitStack() as stack:
+        try:
+            return _solve(case, folder, comm, plan, report, additions, stack)
+        except BaseException:
+            if comm.size > 1:  # maybe on this rank alone, which must not wait for the others to free a solver
+                stack.pop_all()
+            raise
+
+
+def _solve(
+    case: Case,
+    folder: CaseFolder,
+    comm: MPI.Comm,
+    plan: MeshPlan,
+    report: Callable[[Progress], None],
+    additions: Additions,
+    stack: ExitStack,
+) -> dict[str, Any]:
+    """As `solve_case`; closing the stack frees the solver."""
+    started, scene = time.perf_counter(), case.scene
+    earlier_s = 0.0
+    folder.write_text("scene.toml", scene_to_toml(scene))
+    setup = Setup(scene, comm, plan, additions)
+    run: Run | None = None
+    stability: Stability | None = None
+    scalars: dict[str, Any] = {}
+    series: list[tuple[float, str]] = []
+    status, reason, settled = "solved", "", None
+    goes_on = scene.stability == "warn"
+    beyond: dict[str, float] = {}  # since when ellipticity has been lost, in a case that goes on nevertheless
+    in_doubt: dict[str, str] = {}  # what a saved state's contact leaves in doubt, of the last such state
+
+    def look_at_contact(when: str = "") -> None:
+        assert run is not None
+        for key, text in doubts(run, setup.centre[0] if setup.half else None).items():
+            in_doubt[key] = when + text
+            folder.log(f"warning: {key}: {in_doubt[key]}")
+
+    try:
+        setup.refuse_without_equilibrium()
+        run = setup.create_run(folder.log)
+        stack.callback(run.close)
+        for line in describe_model(setup, run).lines():
+            folder.log(line)
+        observer, watch = Observer(run, setup.layout()), StabilityWatch(run.body, run.state.u)
+        if (found := checkpoint.load(folder, setup.body.space)) is not None:
+            memory, mine = found
+            run.recall(memory)
+            observer.peaks, series, earlier_s = mine["peaks"], mine["series"], mine["wall_s"]
+            watch.seen, in_doubt, beyond = tuple(mine["stability_seen"]), mine["in_doubt"], mine["beyond"]
+            scalars, settled = observer.observe(run.t) | additions.observe(observer), run.rate()
+            folder.log(f"goes on from the checkpoint at t = {run.t:.6g} s, step {run.totals.steps}")
+
+        def on_step(step: Step) -> None:
+            nonlocal settled, stability
+            at_end = step.t_s >= scene.time.end_s
+            found = watch.look() if at_end else None if beyond else watch.look_if_due()
+            verdict = _lost(step, found) if found is not None and found.lost else ""
+            if verdict and goes_on:
+                if not beyond:
+                    beyond.update(since_s=step.t_s, load_amplitude=step.amplitude)
+                    in_doubt["ellipticity"] = f'{verdict}; this state is beyond, as stability = "warn" asks for'
+                    folder.log(f"warning: ellipticity: {in_doubt['ellipticity']}")
+            elif verdict and scalars:
+                _take_back(run, step)
+                raise SolveError(verdict)
+            elif verdict and run.retrace():
+                folder.log(f"{verdict}; the load is followed from the start, to where this happens")
+                watch.seen = AT_REST
+                return
+            if run.modes is not None and (fault := _held(run, scene.radius_um)):
+                if scalars:
+                    _take_back(run, step)
+                raise SolveError(fault)
+            stability = found or stability
+            scalars.clear()
+            scalars.update(observer.observe(step.t_s) | additions.observe(observer))
+            settled = run.rate()
+            numbers = {"t_s": step.t_s, "dt_s": step.dt_s, "newton": step.newton, "error_estimate": step.error_estimate}
+            numbers |= {"beyond_ellipticity": int(bool(beyond))} if goes_on else {}
+            folder.add_row({**numbers, "settled": settled, **flatten(scalars)})
+            report(Progress(case.name, step.t_s, scene.time.end_s, run.totals.steps, run.totals.newton_iterations))
+            if step.t_s in scene.output.times_s and step.t_s < scene.time.end_s:
+                write_fields(folder, observer, step.t_s, series, bool(beyond))
+                look_at_contact(f"at t = {step.t_s:.6g} s ")
+            folder.agree()
+            if verdict and not beyond:
+                raise SolveError(verdict)
+
+        def on_checkpoint(memory: Memory) -> None:
+            wall_s = earlier_s + time.perf_counter() - started
+            mine = {"peaks": observer.peaks, "series": series, "wall_s": wall_s, "stability_seen": watch.seen}
+            mine |= {"in_doubt": in_doubt, "beyond": beyond}
+            checkpoint.save(folder, setup.body.space, memory, mine)
+
+        run.run(on_step, on_checkpoint)
+    except SolveError as error:
+        stability = watch.look() if run is not None and run.totals.newton_iterations else None
+        status, reason = "failed", str(error)
+        if str(stability) not in reason:  # else it is what stopped the case
+            reason += _last_good_state(run, scalars, stability)
+        folder.log(f"failed: {reason}")
+    if scalars and run is not None:
+        write_fields(folder, observer, run.t, series, bool(beyond))
+        look_at_contact()
+    folder.agree()
+    result = _provenance(case, setup, run, comm, in_doubt)
+    result |= {
+        "status": status,
+        "reason": reason,
+        "settled": settled,
+        "stability": None if stability is None else stability.as_dict(),
+        "wall_s": earlier_s + time.perf_counter() - started,
+    }
+    if goes_on:
+        result["beyond_ellipticity"] = {"since_s": None, "load_amplitude": None} | beyond
+    folder.log(f"{status} in {result['wall_s']:.2f} s")
+    return result | scalars
+
+
+def _lost(step: Step, found: Stability) -> str:
+    """The verdict on a state that no mesh determines."""
+    return (
+        f"ellipticity is lost at t = {step.t_s:.6g} s, load amplitude {step.amplitude:.6g}: {found}: from there on "
+        "the material can fail in bands as thin as the mesh allows, and states depend on the mesh"
+    )
+
+
+def _take_back(run: Run, step: Step) -> None:
+    """Return to the state before an accepted step that is not to count; nothing goes on from there."""
+    run.u[:] = run.state.u_n.x.array
+    run.t = step.t_s - step.dt_s
+    run.totals.steps -= 1
+    run.totals.rejected_steps += 1
+
+
+def _last_good_state(run: Run | None, scalars: dict[str, Any], stability: Stability | None) -> str:
+    """What the last accepted state, or else the last equilibrium on the way to the first, says about a failure."""
+    if run is None or stability is None:
+        return ""
+    text = "; in the last equilibrium before"
+    if scalars:
+        text = f"; in the last state, which is saved (t = {run.t:.6g} s), det F is {scalars['cell']['det_F_min']:.3g}"
+        text += " at least and"
+    return f"{text} {'ellipticity is lost' if stability.lost else 'the material is stable everywhere'}: {stability}"
+
+
+def _held(run: Run, radius_um: float) -> str:
+    """What is wrong where only the constraint on a rigid mode holds the cell, as no contact without friction could.
+
+    Empty where nothing is. Collective.
+    """
+    weight = abs(run.ledger.load_resultant()[1] * run.ledger.amplitude)
+    push, moment = run.ledger.contact_force()[0], run.ledger.moment()
+    if abs(push) > SLIDING * weight:
+        way, told = "slides", f"the obstacles push sideways with {push:.3g} Pa um"
+    elif abs(moment) > SLIDING * weight * radius_um:
+        way, told = (
+            "turns",
+            f"the obstacles turn it with {moment:.3g} Pa um2, {abs(moment / weight):.2g} um times the load",
+        )
+    else:
+        return ""
+    unseen = missed(run)
+    if unseen <= MISSED:
+        return f"{way}: no equilibrium; {told}"
+    return (
+        f"the mesh is too coarse to tell whether the cell {way}: {told}, and {100 * unseen:.2g} % of their force "
+        "lie between the points at which it is integrated; set mesh.size_um lower"
+    )
+
+
+def _provenance(case: Case, setup: Setup, run: Run | None, comm: MPI.Comm, found: Mapping[str, str]) -> dict[str, Any]:
+    """Where a result comes from and what it took; `found`: warnings of its last state."""
+    quality, totals = setup.domain.quality, run.totals if run is not None else None
+    return {
+        "schema": 1,
+        "case": case.name,
+        "scene": case.scene.model_dump(mode="json", by_alias=True),
+        "t_s": run.t if run is not None else 0.0,
+        "steps": totals.steps if totals else 0,
+        "rejected_steps": totals.rejected_steps + totals.failed_solves if totals else 0,
+        "newton_iterations": totals.newton_iterations if totals else 0,
+        "factorisations": totals.factorisations if totals else 0,
+        "ranks": comm.size,
+        "mesh_cells": setup.number_of_cells,
+        "mesh_quality": {key: float(value) for key, value in quality.items()},
+        "dofs": setup.dofs,
+        "memory_MB": comm.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024, op=MPI.MAX),
+        "versions": versions(),
+        "model": describe_model(setup, run, found).as_dict(),
+    }
+
+
+def versions() -> dict[str, str]:
+    """Versions of everything that numbers come from."""
+    petsc = ".".join(str(v) for v in PETSc.Sys.getVersion())
+    return {
+        "cellmech": __version__,
+        "dolfinx": dolfinx.__version__,
+        "petsc": petsc,
+        "numpy": np.__version__,
+        "python": platform.python_version(),
+    }
+
+
+def describe_case(case: Case, comm: MPI.Comm, plan: MeshPlan) -> Description:
+    """What a case will model and how large it is, without solving anything (collective on comm)."""
+    setup = Setup(case.scene, comm, plan)
+    return Description(
+        model=describe_model(setup).lines(),
+        cells=setup.number_of_cells,
+        dofs=setup.dofs,
+        memory_MB=MEMORY_BASE_MB * comm.size + MEMORY_PER_DOF_MB * setup.dofs,
+    )

@@ -1,0 +1,148 @@
+"""The tables of a scene, and what follows from them: radii, moduli, times; no rule of several keys is asked here.
+
+Units are the file's (µm, Pa, s, kg/m3), as the names say; nothing is converted here.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal
+
+from pydantic import BeforeValidator, Field
+
+from cellmech.mechanics.moduli import lame
+from cellmech.scene.parts import (
+    LAYER_NAMES,
+    Cell,
+    Contact,
+    Flat,
+    Law,
+    Layer,
+    LayerName,
+    Layers,
+    Load,
+    Mesh,
+    Output,
+    Pillar,
+    Table,
+    Time,
+)
+from cellmech.scene.value_types import Choice, Line, Whole, broken
+
+MIXED_ABOVE = 0.45  # Poisson's ratio; at 0.47 P2's largest pressure is off by 15 % on 800 cells (benchmarks/locking.py)
+
+
+def _flat(value: object) -> object:
+    """`flat = false` leaves the flat out."""
+    if value is True or not isinstance(value, dict | Flat | bool | None):
+        raise broken("must be a table, or false for none", "Write [flat] with y_um, or flat = false.")
+    return None if value is False else value
+
+
+class Inputs(Table):
+    """The tables of a scene file, Table 1's values where nothing is written."""
+
+    schema_: Annotated[int, Whole(1, 1)] = Field(default=1, alias="schema")
+    """Version of the file format."""
+    title: Annotated[str, Line()] = ""
+    """For people: heads tables and figures."""
+    cell: Cell = Cell()
+    layer: Layers = Layers()
+    pillar: tuple[Pillar, ...] = (Pillar(),)
+    """One table a pillar, Table 1's if there is none; `pillar = []` for no pillar. A half cell mirrors them."""
+    flat: Annotated[Flat | None, BeforeValidator(_flat)] = Flat()
+    """The flat substrate; `flat = false` for none."""
+    load: Load = Load()
+    contact: Contact = Contact()
+    time: Time = Time()
+    mesh: Mesh = Mesh()
+    output: Output = Output()
+    stability: Annotated[Literal["stop", "warn"], Choice()] = "stop"
+    """Where ellipticity is lost: stop there, or go on with states that depend on the mesh and are marked as such."""
+
+    def layer_of(self, name: LayerName) -> Layer:
+        """The layer of that name, as written: its law and poisson may be None."""
+        layer: Layer = getattr(self.layer, name)
+        return layer
+
+    def layer_law(self, name: LayerName) -> Law:
+        """The law of that layer, the cell's where it has none of its own."""
+        return self.layer_of(name).law or self.cell.law
+
+    def layer_poisson(self, name: LayerName) -> float:
+        """Poisson's ratio of that layer, the cell's where it has none of its own [-]."""
+        own = self.layer_of(name).poisson
+        return self.cell.poisson if own is None else own
+
+    def layer_young_Pa(self, name: LayerName) -> float:
+        """Young's modulus of that layer's solid, with the cell's factor [Pa]."""
+        return self.layer_of(name).young_Pa * self.cell.young_factor
+
+    def lame(self, name: LayerName) -> tuple[float, float]:
+        """Lambda and mu of that layer's solid [Pa]."""
+        printed = self.cell.lame_lambda == "printed"
+        return lame(self.layer_young_Pa(name), self.layer_poisson(name), printed=printed)
+
+    def layer_solid(self, name: LayerName) -> float:
+        """What that layer's solid stress is multiplied by, c_s to the cell's power [-]."""
+        return float((1.0 - self.layer_of(name).fluid_fraction) ** self.cell.solid_exponent)
+
+    def nearly_incompressible(self) -> tuple[LayerName, ...]:
+        """Layers in which a displacement alone may lock, from the outermost in."""
+        return tuple(name for name in LAYER_NAMES if self.layer_poisson(name) > MIXED_ABOVE)
+
+    def without_solid(self) -> tuple[LayerName, ...]:
+        """Layers that are all fluid, from the outermost in."""
+        return tuple(name for name in LAYER_NAMES if self.layer_of(name).fluid_fraction == 1.0)
+
+    def laws(self) -> tuple[Law, ...]:
+        """The laws in use, without repetition, from the outermost layer in."""
+        return tuple(dict.fromkeys(self.layer_law(name) for name in LAYER_NAMES))
+
+    def outer_radius_um(self, name: LayerName) -> float:
+        """Outer radius of that layer [µm]."""
+        return self.layer_of(name).outer_radius_um
+
+    def inner_radius_um(self, name: LayerName) -> float:
+        """Inner radius of that layer, 0 for the nucleoplasm [µm]."""
+        inside = LAYER_NAMES[LAYER_NAMES.index(name) + 1 :]
+        return self.layer_of(inside[0]).outer_radius_um if inside else 0.0
+
+    @property
+    def radius_um(self) -> float:
+        """Radius of the cell [µm]."""
+        return self.layer.membrane.outer_radius_um
+
+    @property
+    def nucleus_radius_um(self) -> float:
+        """Radius of the nucleus, lamina included [µm]."""
+        return self.layer.lamina.outer_radius_um
+
+    @property
+    def ramp_end_s(self) -> float:
+        """Time from which the full load acts, 2 T_g [s]."""
+        return 2.0 * self.load.half_ramp_s
+
+    @property
+    def rest_s(self) -> float:
+        """How long the load has been constant when fields are first written, 0 if it has not [s]."""
+        return max(min((*self.output.times_s, self.time.end_s)) - self.ramp_end_s, 0.0)
+
+    @property
+    def relaxation_s(self) -> float:
+        """The slowest layer's time to come to rest [s]: viscosity over stiffness, volumetric or in shear."""
+        times = [0.0]
+        for name in LAYER_NAMES:
+            layer = self.layer_of(name)
+            lmbda, mu = self.lame(name)
+            solid, bulk, shear = self.layer_solid(name), self.cell.fluid_lambda_Pa_s, self.cell.fluid_mu_Pa_s
+            for viscosity, modulus in ((bulk + 2 * shear, lmbda + 2 * mu), (shear, mu)):
+                if layer.fluid_fraction * viscosity > 0:
+                    times.append(layer.fluid_fraction * viscosity / (solid * modulus) if solid else math.inf)
+        return max(times)
+
+    @property
+    def has_weight(self) -> bool:
+        """Whether any load is left after buoyancy."""
+        lighter = self.cell.density_kg_m3 - self.cell.medium_density_kg_m3
+        return lighter * self.load.gravity_m_s2 * self.load.factor != 0.0

@@ -1,0 +1,83 @@
+"""What a scene is: an immutable tree of validated inputs whose attribute names are the TOML keys."""
+
+from __future__ import annotations
+
+from typing import Self
+
+from pydantic import model_validator
+
+from cellmech.scene.inputs import MIXED_ABOVE, Inputs
+from cellmech.scene.parts import (
+    LAYER_NAMES,
+    Cell,
+    Contact,
+    Flat,
+    Law,
+    Layer,
+    LayerName,
+    Layers,
+    Load,
+    Mesh,
+    Output,
+    Pillar,
+    Time,
+)
+from cellmech.scene.rules import breaches
+from cellmech.scene.value_types import broken
+
+AT_REST = 20.0  # relaxation times after which the fluid's stress is below the Newton tolerance
+
+__all__ = [
+    "AT_REST",
+    "LAYER_NAMES",
+    "MIXED_ABOVE",
+    "Cell",
+    "Contact",
+    "Flat",
+    "Law",
+    "Layer",
+    "LayerName",
+    "Layers",
+    "Load",
+    "Mesh",
+    "Output",
+    "Pillar",
+    "Scene",
+    "Time",
+]
+
+
+class Scene(Inputs):
+    """One cell on one substrate under one load: everything a run needs to know.
+
+    `Scene()` is Table 1. A scene that exists keeps every rule: building one that does not raises pydantic's
+    ValidationError, which `files.read_scene` turns into an InputError.
+    """
+
+    @model_validator(mode="after")
+    def _order_that_serves(self) -> Self:
+        """Second order where third would not do and the scene names none.
+
+        Second order has a mixed form. And a fluid without solid shears without resistance, in which elements of third
+        order turn inside out.
+        """
+        mesh, written = self.mesh, self.mesh.model_fields_set
+        mixed = mesh.pressure == "mixed" or (mesh.pressure == "auto" and self.nearly_incompressible())
+        if "order" not in written and (mixed or self.without_solid()):
+            second = Mesh.model_validate({"order": 2} | {name: getattr(mesh, name) for name in written})
+            object.__setattr__(self, "mesh", second)
+        return self
+
+    @model_validator(mode="after")
+    def _history_where_it_matters(self) -> Self:
+        if self.time.history == "auto":
+            whole = self.cell.inertia or self.rest_s <= AT_REST * self.relaxation_s
+            object.__setattr__(self, "time", self.time.model_copy(update={"history": whole}))
+        return self
+
+    @model_validator(mode="after")
+    def _keeps_the_rules(self) -> Self:
+        breach = next(breaches(self), None)
+        if breach is not None:
+            raise broken(breach.rule, breach.hint, key=breach.key, got=breach.got)
+        return self

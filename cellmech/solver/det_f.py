@@ -1,0 +1,62 @@
+"""The watch on det F, and the points of an element that it and the observables look at."""
+
+from __future__ import annotations
+
+import basix
+import numpy as np
+import ufl
+from dolfinx import fem
+
+from cellmech.fem.jit import PointValues
+from cellmech.mechanics.balance import Body
+from cellmech.mechanics.kinematics import deformation_gradient
+from cellmech.solver.state import State
+
+
+class DetFWatch:
+    """det F at the quadrature points and nodes of every owned cell: no state with det F <= 0 at any is accepted."""
+
+    def __init__(self, body: Body, state: State) -> None:
+        mesh = body.domain.mesh
+        inside = quadrature(body.bulk_degree)[0]
+        points = np.vstack([inside, node_points(body.space)])
+        det_F = ufl.det(deformation_gradient(state.u))
+        self._everywhere, self._inside = (PointValues(det_F, at, mesh.comm) for at in (points, inside))
+        self._cells = np.arange(mesh.topology.index_map(2).size_local, dtype=np.int32)
+        self._place = PointValues(ufl.SpatialCoordinate(mesh), points, mesh.comm)(self._cells)
+        self._comm = mesh.comm
+        self.worst: tuple[float, float, float] | None = None
+
+    def admissible(self, least: float = 0.0, on_the_way: bool = False) -> bool:
+        """Whether det F > least at every point on every rank (collective); remembers the worst point if not.
+
+        On the way to a solution the quadrature points are enough.
+        """
+        values = (self._inside if on_the_way else self._everywhere)(self._cells)[..., 0]
+        mine = (np.inf, 0.0, 0.0)
+        if values.size:
+            k = np.unravel_index(np.argmin(values), values.shape)  # a NaN counts as the least
+            value = float(values[k]) if np.isfinite(values[k]) else -np.inf
+            mine = (value, float(self._place[k][0]), float(self._place[k][1]))
+        if self._comm.size > 1:
+            mine = min(self._comm.allgather(mine))
+        if mine[0] > least:
+            return True
+        self.worst = mine
+        return False
+
+
+def quadrature(degree: int) -> tuple[np.ndarray, np.ndarray]:
+    """Points, shape (n, 2), and weights, shape (n,), on the reference triangle (sum of weights 1/2)."""
+    points, weights = basix.make_quadrature(basix.CellType.triangle, degree)
+    return np.asarray(points), np.asarray(weights)
+
+
+def order_of(space: fem.FunctionSpace) -> int:
+    """Order of a displacement on the edges of its elements."""
+    return len(space.dofmap.dof_layout.entity_closure_dofs(1, 0)) - 1
+
+
+def node_points(space: fem.FunctionSpace) -> np.ndarray:
+    """Reference coordinates of an element's nodes, shape (n_nodes, 2)."""
+    return np.asarray(space.element.interpolation_points())

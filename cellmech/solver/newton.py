@@ -1,0 +1,363 @@
+"""The nonlinear solve: Newton with line search and direct factorisation. The only SNES/KSP code."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import ufl
+from dolfinx import fem
+from dolfinx.fem import petsc
+from mpi4py import MPI
+from petsc4py import PETSc
+
+from cellmech.fem import fenicsx
+from cellmech.fem.jit import compile_form
+from cellmech.mechanics.balance import Body, equilibrium, load_work
+from cellmech.solver.det_f import DetFWatch
+from cellmech.solver.rigid_modes import BorderedLU, RigidModes
+from cellmech.solver.saddle import Elimination, Saddle
+from cellmech.solver.state import State
+
+TOLERANCE = 1e-7  # share of the load that may be out of balance
+ROUGH = 1e-3  # share of the load that may be out of balance in a state on the way to another
+BALANCED = 3e-4  # share of the load's sum that round-off may keep out of balance, as a 2-norm, in a state that counts
+ROUNDING = 8 * float(np.finfo(float).eps)  # of a position: what its arithmetic may be off by
+STALL_RATE = 0.5  # a residual that a new tangent reduces by less than this factor stays
+CRUSHED = 1e-3  # det F at and below which a solution is none: no continuum, and its stresses lose all digits
+ROUND_OFF = "round-off"  # how its reason begins
+SINGULAR = "the tangent is singular: nothing resists some motion of the body"
+MAX_ITERATIONS, LEAP_ITERATIONS = 30, 16
+# Ways to try a solve: whether tangents are kept, and PETSc's line search. Full steps first: the residual's norm judges
+# them badly, for a motion of what is soft (or a contact that sets in) shakes what is stiff before it settles.
+ATTEMPTS = ((True, "basic"), (False, "bt"))
+REFINEMENTS = 2  # of what round-off stops: the translation that it holds is taken out, and is balanced by itself
+# MUMPS's INFOG(1) where memory is refused, and where the workspace that was foreseen is too small.
+REFUSED, OUTGROWN = frozenset((-5, -7, -13, -19)), frozenset((-8, -9, -17, -20))
+KEEP_RATE = 0.25  # a factorisation is kept while each iteration brings the residual down at least by this factor
+# One prefix for all solvers, which want the same: PETSc has room for 512 options, and a sweep for more cases than that.
+PREFIX, OPTIONS = "cellmech_", {"snes_linesearch_max_it": 12, "mat_mumps_icntl_14": 60}
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a solve did.
+
+    Args:
+        converged: whether the residual met the tolerance.
+        iterations: Newton iterations.
+        factorisations: tangents assembled and factorised.
+        residual: its 2-norm at the end [Pa µm].
+        reason: why it did not converge, in physical terms; "" otherwise.
+        drowned: whether round-off is why: no other step or guess will help.
+    """
+
+    converged: bool
+    iterations: int
+    factorisations: int
+    residual: float
+    reason: str = ""
+    drowned: bool = False
+
+
+class Solver:
+    """Finds u with R(u) = 0 for one body, time after time.
+
+    Args:
+        body: the problem.
+        state: its displacements; `state.u` is the first guess and receives the solution.
+        force_scale: a force per depth of the problem [Pa µm], used where there is no dead load.
+        tolerance: the residual's 2-norm is brought below this share of the load's 2-norm at the time [-]; without a
+            dead load, of the force scale. Where round-off forbids that, below `BALANCED` of it.
+        modes: rigid motions to take out.
+        balance: moves the displacement to where contact balances the load at an amplitude [-], if that is possible: a
+            stiff body's tangent, rounded, knows little of a soft contact.
+    """
+
+    def __init__(
+        self,
+        body: Body,
+        state: State,
+        force_scale: float,
+        tolerance: float = TOLERANCE,
+        modes: RigidModes | None = None,
+        balance: Callable[[float], None] | None = None,
+    ) -> None:
+        self.body, self.state, self.modes, self._balance = body, state, modes, balance
+        self.comm: MPI.Comm = body.domain.mesh.comm
+        self.amplitude = fem.Constant(body.domain.mesh, 0.0)
+        R, K = equilibrium(body, state.written(), self.amplitude)
+        self._R, self._K = compile_form(R, self.comm), compile_form(K, self.comm)
+        self._A, self._r = petsc.create_matrix(self._K), petsc.create_vector(self._R)
+        self._u = self._r.duplicate()
+        self._saddle = None if state.pressure is None else Saddle(state.pressure, self._A)
+        self._b = self._r if self._saddle is None else self._saddle.vector()
+        self._x = self._b.duplicate()
+        self._watch = DetFWatch(body, state)
+        self.factorisations, self._keep, self._stale, self._norm = 0, False, False, np.inf
+        self._thrifty, self._search, self._again = True, "", False
+        self._extent = self.comm.allreduce(float(np.abs(body.domain.mesh.geometry.x).max(initial=0.0)), op=MPI.MAX)
+        self._tolerance, self._force_scale, self._atol, self._sum = tolerance, force_scale, 0.0, 0.0
+        load = petsc.assemble_vector(compile_form(load_work(body, ufl.TestFunction(body.space)), self.comm))
+        load.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
+        self._load_norm, self._load_sum = load.norm(), load.norm(PETSc.NormType.NORM_1)
+        load.destroy()
+        self._snes = self._create_snes()
+
+    def _create_snes(self) -> PETSc.SNES:
+        prefix, options = PREFIX, PETSc.Options()
+        for key, value in OPTIONS.items():
+            options[prefix + key] = value
+        options["options_left"] = False  # PETSc 3.22 warns, when the process ends, of one that no solve came to use
+        snes = PETSc.SNES().create(self.comm)
+        snes.setOptionsPrefix(prefix)
+        snes.setFunction(self._residual, self._b)
+        snes.setJacobian(self._tangent, self._A if self._saddle is None else self._saddle.operator)
+        snes.setConvergenceTest(self._verdict)
+        ksp = snes.getKSP()
+        ksp.setType("preonly")
+        pc = ksp.getPC()
+        if self._saddle is not None:
+            inner = PETSc.PC().create(self.comm)
+            inner.setOptionsPrefix(prefix)
+            pc.setType("python")
+            pc.setPythonContext(Elimination(self._saddle, inner))
+            pc = inner
+        self._direct = pc
+        if self.modes is None:
+            pc.setType("lu")
+            pc.setFactorSolverType("mumps")
+        else:
+            self._bordered = BorderedLU(self.modes, prefix)
+            pc.setType("python")
+            pc.setPythonContext(self._bordered)
+        snes.setFromOptions()
+        ksp.setFromOptions()
+        return snes
+
+    def _residual(self, snes: PETSc.SNES, x: PETSc.Vec, b: PETSc.Vec) -> None:
+        self._set_unknowns(x)
+        r = b if self._saddle is None else self._r
+        with r.localForm() as local:
+            local.set(0.0)
+        if not self._watch.admissible(on_the_way=True):
+            b.set(np.nan)
+            return
+        petsc.assemble_vector(r, self._R)
+        r.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
+        petsc.set_bc(r, list(self.body.bcs), self._u, -1.0)
+        if self.modes is not None:
+            self.modes.project(r)
+        if self._saddle is not None:
+            self._saddle.join(r, b)
+
+    def _tangent(self, snes: PETSc.SNES, x: PETSc.Vec, operator: PETSc.Mat, P: PETSc.Mat) -> None:
+        """Assemble the tangent, or leave the last one, and with it its factorisation, while it still serves."""
+        norm = snes.getFunctionNorm()
+        serves = self._thrifty and (snes.getIterationNumber() == 0 or norm < KEEP_RATE * self._norm)
+        self._norm = norm
+        if serves and self._keep:
+            self._stale = True
+            return
+        self._keep, self._stale = True, False
+        A = self._A
+        A.zeroEntries()
+        petsc.assemble_matrix(A, self._K, list(self.body.bcs))
+        A.assemble()
+        if self._saddle is not None:
+            self._saddle.condense(self.body.bcs)
+        if self.modes is not None:
+            diagonal = A.getDiagonal()
+            self._bordered.stiffness = diagonal.norm(PETSc.NormType.NORM_INFINITY)
+            diagonal.destroy()
+            first, last = A.getOwnershipRange()
+            for pin in self.modes.pins:
+                if first <= pin < last:
+                    A.setValue(pin, pin, self._bordered.stiffness, PETSc.InsertMode.ADD_VALUES)
+            A.assemble()
+        self.factorisations += 1
+
+    def _verdict(self, snes: PETSc.SNES, iteration: int, norms: tuple[float, float, float]) -> int:
+        """Whether to stop, and why: at the tolerance, or where round-off keeps the residual from falling further."""
+        residual, reason = norms[-1], PETSc.SNES.ConvergedReason
+        if not np.isfinite(residual):
+            return reason.DIVERGED_FNORM_NAN
+        if residual <= self._atol:
+            return reason.CONVERGED_FNORM_ABS
+        stays = iteration > 0 and not self._stale and residual > STALL_RATE * self._norm
+        met = self._again and iteration == 0 and residual <= BALANCED * self._sum
+        if not (stays or met) or not residual <= self._round_off(snes.getSolution()):
+            return reason.ITERATING
+        return reason.CONVERGED_SNORM_RELATIVE if residual <= BALANCED * self._sum else reason.DIVERGED_DTOL
+
+    def _round_off(self, x: PETSc.Vec) -> float:
+        """The residual's 2-norm that rounding alone may leave at these unknowns [Pa µm]; measured. Collective.
+
+        Every unknown is moved by some units of its last place, up or down, and the body as a whole by some of its
+        positions' last place, which contact and inertia feel. NaN where that turns the material inside out, and where
+        the iteration has run away: its rounding says nothing of a state near by.
+        """
+        part = self.state.now.part.x.array
+        if self.comm.allreduce(float(np.abs(part).max(initial=0.0)), op=MPI.MAX) > self._extent:
+            return math.nan
+        moved, before, after = x.duplicate(), self._b.duplicate(), self._b.duplicate()
+        signs = np.random.default_rng(0).choice((-1.0, 1.0), x.getLocalSize())
+        moved.setArray(x.getArray(readonly=True) * (1.0 + ROUNDING * signs))
+        offset = self.state.now.offset.value.copy()
+        self._residual(self._snes, x, before)
+        self.state.now.offset.value = offset + ROUNDING * (self._extent + np.abs(offset).max())
+        self._residual(self._snes, moved, after)
+        self.state.now.offset.value = offset
+        self._set_unknowns(x)
+        after.axpy(-1.0, before)
+        noise = float(after.norm())
+        for held in (moved, before, after):
+            held.destroy()
+        return noise
+
+    def _use(self, search: str) -> None:
+        """Set the line search."""
+        if search != self._search:
+            PETSc.Options()[PREFIX + "snes_linesearch_type"] = self._search = search
+            self._snes.setFromOptions()
+
+    def rebuild(self) -> None:
+        """Use no earlier factorisation in the next solve."""
+        self._keep = False
+
+    def restart(self) -> None:
+        """Forget all that was learnt, the ordering of the factorisation included: the next solve is like a first."""
+        self._keep, self._norm = False, np.inf
+        self._snes.getKSP().getPC().reset()
+
+    def close(self) -> None:
+        """Free what PETSc holds: its SNES and this object refer to each other, which no garbage collector sees."""
+        self._snes.getKSP().getPC().reset()
+        for held in (self._snes, self._A, self._r, self._u, self._b, self._x):
+            held.destroy()
+        if self._saddle is not None:
+            self._saddle.close()
+
+    def _set_unknowns(self, x: PETSc.Vec) -> None:
+        owned = x.getArray(readonly=True)
+        n = self._u.getLocalSize()
+        self._u.setArray(owned[:n])
+        self.state.now.part.x.array[:n] = owned[:n]
+        self.state.now.part.x.scatter_forward()
+        self.state.now.join()
+        if self.state.pressure is not None:
+            self.state.pressure.values[:] = owned[n:]
+            self.state.pressure.p.x.scatter_forward()
+
+    def _unknowns(self) -> np.ndarray:
+        """This rank's unknowns as the state has them, boundary data put in."""
+        self.state.split()
+        self._u.setArray(self.state.now.part.x.array[: self._u.getLocalSize()])
+        petsc.set_bc(self._u, list(self.body.bcs))
+        pressure = self.state.pressure
+        return np.concatenate([self._u.getArray(), [] if pressure is None else pressure.values])
+
+    def solve(self, amplitude: float, rough: bool = False, leap: bool = False) -> Outcome:
+        """Solve at this load amplitude [-], from `state.u` as first guess; `state.u` is the solution afterwards.
+
+        A rough solution only leads to the next one: its residual is below `ROUGH` of the load. A leap is given up soon.
+
+        When the solve fails `state.u` is of no use: the caller restores it. A pressure is as before then.
+
+        Raises:
+            MemoryError: on every rank, if there is no room to factorise a tangent.
+        """
+        self.amplitude.value = amplitude
+        before, iterations = self.factorisations, 0
+        load = abs(amplitude) * self._load_norm if self._load_norm else self._force_scale
+        self._sum = abs(amplitude) * self._load_sum if self._load_norm else self._force_scale
+        self._atol = (ROUGH if rough else self._tolerance) * load
+        most = LEAP_ITERATIONS if leap else MAX_ITERATIONS
+        self._snes.setTolerances(rtol=0.0, atol=self._atol, stol=0.0, max_it=most)
+        guess, centre = self._unknowns(), self.state.now.offset.value.copy()
+        for self._thrifty, search in ATTEMPTS[:1] if leap else ATTEMPTS:
+            self._use(search)
+            self._watch.worst, self._stale, fault, tangents = None, False, "", self.factorisations
+            self.state.now.offset.value = centre
+            self._x.setArray(guess)
+            for self._again in (False, *[True] * REFINEMENTS):
+                fenicsx.solve(self._snes, self._x)
+                iterations += self._snes.getIterationNumber()
+                reason, residual = self._snes.getConvergedReason(), float(self._snes.getFunctionNorm())
+                self._set_unknowns(self._x)
+                drowned = reason == PETSc.SNES.ConvergedReason.DIVERGED_DTOL
+                if not drowned:
+                    break
+                self.state.recentre()
+                if self._balance is not None:
+                    self._balance(amplitude)
+                self._x.setArray(self._unknowns())
+            converged = reason > 0 and self._watch.admissible(CRUSHED)
+            if converged or drowned:
+                break
+            unsolved = reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE
+            if unsolved or self.factorisations > tangents:
+                fault = self._factor_fault()
+            if unsolved or fault:
+                self.restart()  # what a failed factorisation leaves behind cannot be used again
+        if not converged:
+            self.rebuild()
+        if converged:
+            self.state.update()
+        elif self.state.pressure is not None:
+            self.state.pressure.values[:] = guess[self._u.getLocalSize() :]
+        return Outcome(
+            converged=converged,
+            iterations=iterations,
+            factorisations=self.factorisations - before,
+            residual=residual,
+            reason="" if converged else fault or self._explain(reason, residual),
+            drowned=drowned,
+        )
+
+    def _factor_fault(self) -> str:
+        """Why the last tangent could not be factorised; "" if it could. A preconditioner of ours hides it from PETSc.
+
+        Raises:
+            MemoryError: on every rank, if there was no room.
+        """
+        pc = self._direct if self.modes is None else self._bordered.inner
+        factor = pc.getFactorMatrix()
+        code = factor.getMumpsInfog(1)
+        if code >= 0:
+            return ""
+        if code in REFUSED or (code in OUTGROWN and factor.getMumpsIcntl(23)):
+            size = f"{self._A.getSize()[0]} unknowns, ranks: {self.comm.size}, MUMPS error {code}"
+            hint = "Fewer unknowns (a larger mesh.size_um), more ranks per case or more memory help"
+            raise MemoryError(f"no room to factorise the tangent ({size}). {hint}")
+        if code in OUTGROWN:
+            return f"the tangent is nearly singular: pivoting outgrows the room foreseen for it (MUMPS error {code})"
+        return SINGULAR
+
+    def _drowning(self, residual: float) -> str:
+        """What round-off hides, and what it would not."""
+        text = f"{ROUND_OFF} keeps forces of {residual:.2g} Pa um out of balance beside a load of {self._sum:.2g} Pa um"
+        if not self._sum:
+            return text
+        times = residual / (BALANCED * self._sum)
+        return f"{text}: {times:.2g} times the load, or moduli and penalty so much smaller, could be resolved"
+
+    def _explain(self, reason: int, residual: float) -> str:
+        names = {getattr(PETSc.SNES.ConvergedReason, n): n for n in dir(PETSc.SNES.ConvergedReason) if n[0] != "_"}
+        if reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE:
+            return SINGULAR
+        if reason == PETSc.SNES.ConvergedReason.DIVERGED_DTOL:
+            return self._drowning(residual)
+        if self._watch.worst is not None:
+            value, x, y = self._watch.worst
+            where = f"det F = {value:.2g} at reference x = {x:.3g}, y = {y:.3g} um"
+            if value > 0:
+                return f"material is crushed to nothing ({where})"
+            return f"material turns inside out on the way ({where})"
+        if reason == PETSc.SNES.ConvergedReason.DIVERGED_MAX_IT:
+            return f"no equilibrium found in {MAX_ITERATIONS} Newton iterations"
+        if reason == PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH:
+            return "no equilibrium nearby: the out-of-balance force cannot be reduced further"
+        return f"the nonlinear solve stopped: {names.get(reason, reason)}"

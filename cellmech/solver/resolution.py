@@ -1,0 +1,162 @@
+"""Whether the mesh has followed the contact: element edges between the largest pressure and the contact's ends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import ufl
+
+from cellmech.fem.jit import compile_form
+from cellmech.fem.outline import along, deepest, depth, slope
+from cellmech.mechanics.balance import contact_work
+from cellmech.mechanics.contact import Contact
+from cellmech.solver.energy_balance import owned_values
+from cellmech.solver.simulation import Run
+
+NEAR_AXIS = 1e-7  # µm
+SAMPLES = 16  # of an edge
+ENOUGH = 2.0  # edges; with one the depth is off by 2 %, with two by less than 0.5 % (docs/accuracy.md)
+COUNTS = 0.03  # of the whole force: a contact that bears less is not looked at
+BETWEEN = 40  # Gauss points of an edge that tell what the solver's own miss between them
+INSIDE = 3  # times the solver's degree of quadrature, likewise of an element's inside
+MISSED = 0.02  # share of the contact's force that they may miss unsaid
+SOFT = 0.5  # of the contact's half-width: an obstacle that the cell sinks into further is not rigid
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """A piece of the outline that touches.
+
+    Args:
+        edges: from the deepest point to the nearer end of the contact, in element edges.
+        share: of the whole contact force, roughly [-].
+        half_width_um: half its length.
+        depth_um: largest.
+    """
+
+    edges: float
+    share: float
+    half_width_um: float
+    depth_um: float
+
+
+def stretches(run: Run, axis: float | None) -> list[Stretch]:
+    """The contacts of the present state, from the left to the right of the cell's bottom. Collective.
+
+    Args:
+        run: the run.
+        axis: x of the mirror axis on which the outline begins and no contact ends, None for a full cell [µm].
+    """
+    contact, obstacles = run.body.contact, (*run.body.obstacles, *run.out_of_reach)
+    if contact is None or not obstacles:
+        return []
+    outline, s = run.outline, np.linspace(0.0, 1.0, SAMPLES + 1)
+    place = along(outline.nodes(run.state.u), s)
+    deep = deepest(obstacles, place) - contact.threshold_um
+    mine = np.flatnonzero(np.any(deep > 0.0, axis=1))
+    parts = run.comm.allgather((outline.reference[mine, :2], place[mine], deep[mine]))
+    ends, place, deep = (np.concatenate(column) for column in zip(*parts, strict=True))
+    found = [_stretch(contact, *piece) for piece in _pieces(ends, place, deep, axis)]
+    total = sum(one.share for one in found)
+    return [Stretch(one.edges, one.share / total, one.half_width_um, one.depth_um) for one in found if total > 0.0]
+
+
+def _pieces(
+    ends: np.ndarray, place: np.ndarray, depth: np.ndarray, axis: float | None
+) -> list[tuple[np.ndarray, np.ndarray, bool]]:
+    """Samples of each piece that touches without a gap: positions, depths, whether it begins on the axis."""
+    following = {tuple(np.round(end[0], 9)): k for k, end in enumerate(ends)}
+    after = [following.get(tuple(np.round(end[1], 9))) for end in ends]
+    starts = sorted(set(range(len(ends))) - {k for k in after if k is not None}, key=lambda k: ends[k, 0, 0])
+    pieces: list[tuple[np.ndarray, np.ndarray, bool]] = []
+    for k in starts:
+        chain: list[int] = []
+        at: int | None = k
+        while at is not None:
+            chain.append(at)
+            at = after[at]
+        x = np.concatenate([place[chain[0], :1], *(place[j, 1:] for j in chain)])
+        d = np.concatenate([depth[chain[0], :1], *(depth[j, 1:] for j in chain)])
+        cuts = np.flatnonzero(np.diff(np.concatenate([[False], d > 0.0, [False]]).astype(int)))
+        mirrored = axis is not None and abs(float(ends[k, 0, 0]) - axis) < NEAR_AXIS
+        pieces += [(x[a:b], d[a:b], bool(mirrored and a == 0)) for a, b in cuts.reshape(-1, 2)]
+    return pieces
+
+
+def _stretch(contact: Contact, x: np.ndarray, d: np.ndarray, on_axis: bool) -> Stretch:
+    peak, last = int(np.argmax(d)), len(d) - 1
+    edges = (last - peak + 1) / SAMPLES if on_axis else (min(peak, last - peak) + 1) / SAMPLES
+    length = np.linalg.norm(np.diff(x, axis=0), axis=1)
+    pressure = np.array([contact.pressure_at(float(depth + contact.threshold_um)) for depth in d])
+    force = float(np.sum((pressure[1:] + pressure[:-1]) / 2 * length)) or float(pressure.max())
+    width = float(length.sum())
+    return Stretch(edges, force, width if on_axis else width / 2, float(d.max()))
+
+
+def missed(run: Run) -> float:
+    """Share of the contact's force that lies between the solver's quadrature points, or in them alone [-]. Collective.
+
+    An obstacle's edge between two points pushes nothing in the solver's eyes, and one just at a point pushes all along
+    its share of the element.
+    """
+    if run.body.contact is None or not run.body.obstacles:
+        return 0.0
+    fine = _finely_on_the_outline(run) if run.body.contact.form == "surface" else _finely_inside(run)
+    told = run.ledger.contact_force()
+    largest = max(float(np.linalg.norm(fine)), float(np.linalg.norm(told)))
+    return float(np.linalg.norm(fine - told)) / largest if largest else 0.0
+
+
+def _finely_on_the_outline(run: Run) -> np.ndarray:
+    """The force of the surface form [Pa µm], integrated anew over the deformed outline; shape (2,). Collective."""
+    contact = run.body.contact
+    assert contact is not None
+    nodes, (s, weight) = run.outline.nodes(run.state.u), np.polynomial.legendre.leggauss(BETWEEN)
+    x, tangent = along(nodes, (s + 1) / 2), slope(nodes, (s + 1) / 2)
+    length = np.linalg.norm(tangent, axis=-1) * weight / 2
+    pressure_at = np.vectorize(contact.pressure_at, otypes=[float])
+    force = np.zeros(2)
+    for obstacle in run.body.obstacles:
+        d = depth(obstacle, x)
+        on = d > contact.threshold_um
+        gradient = np.stack(np.broadcast_arrays(*obstacle.gradient(x[on][:, 0], x[on][:, 1])), axis=-1)
+        normal = -gradient / np.linalg.norm(gradient, axis=-1, keepdims=True)
+        force += (pressure_at(d[on]) * length[on]) @ normal if on.any() else 0.0
+    return run.comm.allreduce(force)
+
+
+def _finely_inside(run: Run) -> np.ndarray:
+    """The force of the volume forms [Pa µm] by quadrature of a higher degree, shape (2,). Collective."""
+    w, body = ufl.TestFunction(run.body.space), replace(run.body, contact_degree=INSIDE * run.body.contact_degree)
+    values = owned_values(compile_form(contact_work(body, run.state, w), run.comm))
+    return run.comm.allreduce(values.reshape(-1, 2).sum(axis=0))
+
+
+def doubts(run: Run, axis: float | None) -> dict[str, str]:
+    """What about the contact's numbers is in doubt, for the warnings of a model; empty if nothing is. Collective."""
+    found = {}
+    bearing = [one for one in stretches(run, axis) if one.share >= COUNTS]
+    coarse = [one for one in bearing if one.edges < ENOUGH]
+    if coarse:
+        worst = min(coarse, key=lambda one: one.edges)
+        found["contact mesh"] = (
+            f"the mesh is too coarse for {len(coarse)} of {len(bearing)} contacts: {worst.edges:.2g} element edges lie "
+            f"between the largest pressure and the end of the contact, {worst.half_width_um:.3g} um in half-width, and "
+            f"{ENOUGH:g} or more should; depth and strain may be off by more than 1 %; set mesh.size_um lower"
+        )
+    share = missed(run)
+    if not coarse and share > MISSED:
+        found["contact mesh"] = (
+            f"the mesh is too coarse for the contact: {100 * share:.2g} % of its force lie between the points at which "
+            "it is integrated; depth and strain may be off by as much; set mesh.size_um lower, or "
+            "contact.quadrature_degree higher"
+        )
+    soft = [one for one in bearing if one.depth_um > SOFT * one.half_width_um]
+    if soft:
+        worst = max(soft, key=lambda one: one.depth_um - SOFT * one.half_width_um)
+        found["penalty"] = (
+            f"the cell sinks {worst.depth_um:.3g} um into an obstacle on a contact {worst.half_width_um:.3g} um in "
+            "half-width: it yields like a cushion; raise contact.penalty_Pa_per_um for a rigid one"
+        )
+    return found

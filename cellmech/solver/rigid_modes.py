@@ -1,0 +1,146 @@
+"""The rigid motions that nothing resists, as constraints for the nonlinear solve."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import ufl
+from dolfinx import fem
+from dolfinx.fem import petsc
+from petsc4py import PETSc
+
+from cellmech.fem.jit import compile_form
+from cellmech.fem.outline import Outline
+from cellmech.mechanics.balance import Body
+
+
+class RigidModes:
+    """Rigid motions that nothing resists, taken out by a constraint: mean rotation 0, mean u_x 0.
+
+    Newton runs in the space of displacements orthogonal to the modes and on the residual projected onto it. The
+    tangent is made regular by springs at two nodes, whose effect is removed exactly (Sherman-Morrison-Woodbury).
+
+    Args:
+        vectors: orthonormal PETSc vectors b_k; the constraint is b_k . u = 0.
+        pins: owned dofs (process-local numbering) that get a spring; two in all over the ranks.
+        names: of the modes, for messages.
+    """
+
+    def __init__(self, vectors: Sequence[PETSc.Vec], pins: Sequence[int], names: Sequence[str]) -> None:
+        self.vectors, self.names = list(vectors), list(names)
+        start, _ = vectors[0].getOwnershipRange()
+        comm = vectors[0].getComm().tompi4py()
+        self.pins = sorted(p for part in comm.allgather([start + int(p) for p in pins]) for p in part)
+        self.reactions = [0.0] * len(self.vectors)
+
+    def project(self, r: PETSc.Vec) -> None:
+        """Remove the modes from a residual, in place; what was removed is kept as `reactions` [Pa µm]."""
+        self.reactions = [b.dot(r) for b in self.vectors]
+        for b, reaction in zip(self.vectors, self.reactions, strict=True):
+            r.axpy(-reaction, b)
+
+
+class BorderedLU:
+    """Preconditioner that solves [K B; B^T 0] exactly, from one factorisation of K + springs at the pins."""
+
+    def __init__(self, modes: RigidModes, prefix: str) -> None:
+        self.modes, self.prefix, self.stiffness = modes, prefix, 0.0
+        self.inner: Any = None
+        self.columns: list[PETSc.Vec] = []
+        self.solved: list[PETSc.Vec] = []
+
+    def setUp(self, pc: PETSc.PC) -> None:
+        """Factorise and solve for the border."""
+        A, _ = pc.getOperators()
+        if self.inner is None:
+            self.inner = PETSc.PC().create(pc.getComm())
+            self.inner.setOptionsPrefix(self.prefix)
+            self.inner.setType("lu")
+            self.inner.setFactorSolverType("mumps")
+        self.inner.setOperators(A)
+        self.inner.setUp()
+        self._forget()
+        columns = list(self.modes.vectors)
+        for pin in self.modes.pins:
+            e = A.createVecRight()
+            first, last = e.getOwnershipRange()
+            if first <= pin < last:
+                e.setValue(pin, 1.0)
+            e.assemble()
+            columns.append(e)
+        self.columns = columns
+        self.solved = [self._solve(c) for c in columns]
+        n = len(self.modes.vectors)
+        self.small = np.array([[c.dot(s) for s in self.solved] for c in columns])
+        self.small[:, n:] *= -self.stiffness
+        self.small[n:, n:] += np.eye(len(columns) - n)
+
+    def _forget(self) -> None:
+        """Free the vectors of the last factorisation; petsc4py keeps what is merely dropped."""
+        for vector in (*self.columns[len(self.modes.vectors) :], *self.solved):
+            vector.destroy()
+        self.columns, self.solved = [], []
+
+    def reset(self, pc: PETSc.PC) -> None:
+        """Begin anew, with another ordering too."""
+        self._forget()
+        if self.inner is not None:
+            self.inner.destroy()
+            self.inner = None
+
+    def _solve(self, rhs: PETSc.Vec) -> PETSc.Vec:
+        z = rhs.duplicate()
+        self.inner.apply(rhs, z)
+        return z
+
+    def apply(self, pc: PETSc.PC, r: PETSc.Vec, z: PETSc.Vec) -> None:
+        """Solve for the correction: z = K'^-1 (r - B mu + k sum e_i z_i) with B^T z = 0."""
+        self.inner.apply(r, z)
+        n = len(self.modes.vectors)
+        unknown = np.linalg.solve(self.small, np.array([c.dot(z) for c in self.columns]))
+        for k, (value, solved) in enumerate(zip(unknown, self.solved, strict=True)):
+            z.axpy(-value if k < n else self.stiffness * value, solved)
+
+
+def rigid_modes(body: Body, centre: tuple[float, float], sideways: bool) -> RigidModes:
+    """Mean rotation about the centre, and mean u_x if `sideways`: both are set to zero.
+
+    Args:
+        body: the problem; it must have no Dirichlet conditions.
+        centre: of the body at rest [µm].
+        sideways: take out the translation along x too.
+    """
+    mesh, w = body.domain.mesh, ufl.TestFunction(body.space)
+    X, dx = ufl.SpatialCoordinate(mesh), body.domain.dx(body.bulk_degree)
+    c = fem.Constant(mesh, np.array(centre, dtype=float))
+    motions = {"rotation": ((X[0] - c[0]) * w[1] - (X[1] - c[1]) * w[0]) * dx}
+    if sideways:
+        motions["translation along x"] = w[0] * dx
+    vectors: list[PETSc.Vec] = []
+    for form in motions.values():
+        b = petsc.assemble_vector(compile_form(form, mesh.comm))
+        b.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
+        for earlier in vectors:
+            b.axpy(-earlier.dot(b), earlier)
+        b.normalize()
+        vectors.append(b)
+    return RigidModes(vectors, _pins(body), list(motions))
+
+
+def _pins(body: Body) -> list[int]:
+    """Owned x-dofs of the lowest and the highest point of the outline: they regularise the tangent."""
+    outline = Outline(body.domain, body.space, "outer")
+    owned = body.space.dofmap.index_map.size_local
+    y, dofs = outline.reference[..., 1].ravel(), outline.dofs.ravel()
+    mine = dofs < owned
+    y, dofs = y[mine], dofs[mine]
+    comm = body.domain.mesh.comm
+    pins = []
+    for sign in (-1.0, 1.0):
+        k = int(np.argmax(sign * y)) if len(y) else -1
+        best = [sign * y[k] if k >= 0 else -np.inf, -comm.rank]
+        if max(comm.allgather(best)) == best and k >= 0:
+            pins.append(2 * int(dofs[k]))
+    return pins

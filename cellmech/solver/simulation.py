@@ -1,0 +1,276 @@
+"""A body on its way through time: what is modelled, how far it is, and what it takes to go on after a stop."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from functools import partial
+
+import numpy as np
+from mpi4py import MPI
+
+from cellmech.fem.outline import Outline
+from cellmech.mechanics.balance import Body
+from cellmech.mechanics.obstacles import Obstacle
+from cellmech.solver.energy_balance import Ledger
+from cellmech.solver.instants import CLOSEST
+from cellmech.solver.newton import ROUND_OFF, TOLERANCE, Outcome, Solver
+from cellmech.solver.rigid_modes import RigidModes
+from cellmech.solver.schedule import LOAD_STEPS, SMALL, Memory, Schedule, Step, Totals
+from cellmech.solver.settling import NEARLY, settle
+from cellmech.solver.state import State
+from cellmech.solver.stepping import LoadSteps, TimeSteps
+
+TOUCHING = 1e-12  # load amplitude at which the resting body counts as just touching
+MOVING_TOLERANCE = 1e-10  # of the solver with inertia: velocities carry what is left from step to step
+EXACTLY = 1e-6  # share of the load by which contact misses it where Newton's method can do no better
+CHECKPOINT_STEPS = 10  # accepted steps between two checkpoints of a small problem
+CHECKPOINT_WORK = 200_000  # steps times unknowns after which a larger one is due
+
+
+class Run:
+    """A body on its way through time.
+
+    Args:
+        body: the problem with the obstacles that are in reach at the start.
+        schedule: end, landings, tolerance.
+        force_scale: a force per depth such as the weight [Pa µm].
+        out_of_reach: further obstacles; each enters the problem when the body comes to it.
+        modes: makes the rigid modes to take out, if any.
+        touching: whether the body, at rest, touches an obstacle, and does not fall onto it.
+        log: receives one line of text now and then.
+    """
+
+    def __init__(
+        self,
+        body: Body,
+        schedule: Schedule,
+        force_scale: float,
+        out_of_reach: Sequence[Obstacle] = (),
+        modes: RigidModes | None = None,
+        touching: bool = True,
+        log: Callable[[str], None] = lambda line: None,
+    ) -> None:
+        self.schedule, self.force_scale, self.modes, self.log = schedule, force_scale, modes, log
+        self.out_of_reach = list(out_of_reach)
+        self.state = State(body)
+        self.comm: MPI.Comm = body.domain.mesh.comm
+        self.totals, self.t, self.last_step_s = Totals(), 0.0, 0.0
+        self.outline = Outline(body.domain, body.space, "outer")
+        self.reach_um = self.comm.allreduce(float(np.ptp(body.domain.mesh.geometry.x, axis=0).max()), op=MPI.MAX)
+        self.largest: list[float] = []  # so far: displacement, its deforming part [µm], mean velocity [µm/s]
+        self.ledger = Ledger(body, self.state)
+        if touching and body.obstacles:
+            self._touch(schedule.end_s if body.rate_dependent else 0.0)
+        self._bind(body)
+        self.ledger.begin(body.amplitude(0.0) if body.rate_dependent and not self.jumps else 0.0)
+        self.stepping = TimeSteps(self) if body.rate_dependent else LoadSteps(self)
+        unknowns = 2 * body.space.dofmap.index_map.size_global
+        self.checkpoint_every = max(1, min(CHECKPOINT_STEPS, CHECKPOINT_WORK // unknowns))
+        self._beginning = self.memory() if schedule.skips_the_ramp and not body.rate_dependent else None
+
+    def _touch(self, end_s: float) -> None:
+        """Translate the resting body until the first quadrature point of the contact would feel the obstacle.
+
+        A curved edge touches between its quadrature points (some 1e-5 µm early); without this start the displacement
+        would jump at the first load, however small. How far the load at the end [s] alone would press a rigid body in
+        is no small displacement either.
+        """
+        self.body = self.ledger.body
+        self._settle(TOUCHING)
+        touching = self.u.copy()
+        self._settle(self.body.amplitude(end_s))
+        sunk = self._largest_node(self.u - touching)
+        self.schedule = dataclasses.replace(self.schedule, small_um=max(self.schedule.small_um, SMALL * sunk))
+        self.u[:] = touching
+        self.state.rest()
+        self.ledger.rest()
+
+    def _bind(self, body: Body) -> None:
+        self.body = body
+        tolerance = TOLERANCE if body.density is None else MOVING_TOLERANCE
+        balance = partial(self._settle, nearly=EXACTLY) if body.density is None and body.obstacles else None
+        self.solver = Solver(body, self.state, self.force_scale, tolerance, self.modes, balance)
+
+    @property
+    def jumps(self) -> bool:
+        """Whether the displacement jumps at the start: a load that is there at once meets a contact without inertia."""
+        body = self.body
+        return body.density is None and bool(body.obstacles) and body.amplitude(0.0) != 0.0
+
+    @property
+    def has_a_way(self) -> bool:
+        """Whether there are states between rest and the load: else what is over time is not known, such as work."""
+        follows = self.schedule.ramp_end_s > 0 and self.schedule.load_steps > 0
+        return self.body.rate_dependent or follows
+
+    @property
+    def u(self) -> np.ndarray:
+        """Displacement on this rank, ghosts included [µm], flat."""
+        return self.state.u.x.array
+
+    def run(self, on_step: Callable[[Step], None], on_checkpoint: Callable[[Memory], None] | None = None) -> None:
+        """Go to the end.
+
+        Args:
+            on_step: called after each accepted step, before history moves.
+            on_checkpoint: called now and then after `on_step` with what `recall` takes. What a run computes does not
+                depend on whether anybody listens.
+
+        Raises:
+            SolveError: no way on; `state.u` then is the last accepted displacement.
+        """
+        while self.t < self.schedule.end_s:
+            on_step(self.stepping.advance())
+            due = self.totals.steps % self.checkpoint_every == 0
+            if due and 0 < self.t < self.schedule.end_s:  # at 0 it begins again
+                self.solver.restart()  # as the solver of a run that goes on from here must
+                if on_checkpoint is not None:
+                    on_checkpoint(self.memory())
+
+    def retrace(self) -> bool:
+        """Begin again, now along the ramp that was skipped; False where there is none to follow. Collective."""
+        if self._beginning is None or not self.schedule.skips_the_ramp:
+            return False
+        spent, start = self.totals, self._beginning
+        self.recall(Memory({**start.numbers, "load_steps": LOAD_STEPS}, start.fields))
+        self.totals = dataclasses.replace(spent, steps=0, rejected_steps=spent.rejected_steps + spent.steps)
+        self.solver.restart()
+        return True
+
+    def rate(self) -> float:
+        """Largest nodal displacement rate over the last step [µm/s], 0 at constant load without memory."""
+        amplitude, before = self.body.amplitude, self.t - CLOSEST * self.schedule.end_s
+        if not self.body.rate_dependent and amplitude(before) == amplitude(self.t):
+            return 0.0
+        return self._largest_node(self.u - self.state.u_n.x.array) / self.last_step_s
+
+    def relative(self, error: np.ndarray, formula: tuple[float, float, float] | None = None) -> float:
+        """Largest nodal length of an error [µm] over the largest displacement so far [-]. Collective.
+
+        With inertia also that of its deforming part over the largest such part, as how far a body fell is no measure of
+        how accurately it is deformed; and, given the step's formula [1/s], the mean velocity's over the largest such
+        velocity: what a step makes of it, an impact in it above all, is carried along.
+        """
+        small, size = self.schedule.small_um, self._largest_node
+        sizes = [(size(self.u), size(error), small)]
+        if self.body.density is not None:
+            sizes.append((size(self._deforming(self.u)), size(self._deforming(error)), small))
+        if self.body.density is not None and formula is not None:
+            velocity, rate = self.state.nodal_velocity(formula), formula[0]
+            sizes.append((size(self._mean(velocity)), size(self._mean(rate * error)), rate * small))
+        largest = [*self.largest, *[0.0] * len(sizes)]
+        self._largest_now = [max(now, before) for (now, _, _), before in zip(sizes, largest, strict=False)]
+        pairs = zip(sizes, self._largest_now, strict=True)
+        return max(wrong / max(most, least) for (_, wrong, least), most in pairs)
+
+    def _mean(self, values: np.ndarray) -> np.ndarray:
+        """Mean of a nodal vector, shape (2,). Collective."""
+        index_map = self.body.space.dofmap.index_map
+        total = self.comm.allreduce(values.reshape(-1, 2)[: index_map.size_local].sum(axis=0))
+        return np.asarray(total / index_map.size_global)
+
+    def _deforming(self, values: np.ndarray) -> np.ndarray:
+        """A nodal vector less its mean. Collective."""
+        return (values.reshape(-1, 2) - self._mean(values)).ravel()
+
+    def _largest_node(self, values: np.ndarray) -> float:
+        """Largest length of a nodal vector over all ranks."""
+        mine = float(np.sqrt(np.max(np.sum(values.reshape(-1, 2) ** 2, axis=1), initial=0.0)))
+        return self.comm.allreduce(mine, op=MPI.MAX)
+
+    def solve(self, amplitude: float, rough: bool = False, leap: bool = False) -> Outcome:
+        """Solve at a load amplitude, beginning near the present displacement, and count what it took."""
+        if self.body.density is None and self.body.obstacles:
+            self._settle(amplitude)
+        outcome = self.solver.solve(amplitude, rough=rough, leap=leap)
+        self.totals.newton_iterations += outcome.iterations
+        self.totals.factorisations += outcome.factorisations
+        return outcome
+
+    def _settle(self, amplitude: float, nearly: float = NEARLY) -> None:
+        """Move the displacement along the load to where the contact balances it, if that can be; else leave it."""
+        load, state = amplitude * self.ledger.load_resultant(), self.state
+        size = float(np.linalg.norm(load))
+        if size == 0.0 or not np.all(state.free[load != 0.0]):
+            return
+        direction = load / size
+        state.split()
+        start = state.now.offset.value.copy()
+
+        def move(distance: float) -> None:
+            state.now.offset.value = start + distance * direction
+            state.now.join()
+
+        def imbalance(distance: float) -> float:
+            move(distance)
+            return float(self.ledger.contact_force() @ direction) + size
+
+        move(settle(imbalance, size, self.reach_um, nearly) or 0.0)
+
+    def reaches_more(self) -> bool:
+        """Whether the body has come to obstacles that were left out; they are put in. Collective."""
+        if self.body.contact is None:
+            return False
+        threshold = self.body.contact.threshold_um
+        reached = [o for o in self.out_of_reach if self.outline.max_depth(self.state.u, [o]) > threshold]
+        if reached:
+            self.log(f"t = {self.t:.6g} s: now in reach, put into the model: {', '.join(map(str, reached))}")
+            self._put_in(reached)
+        return bool(reached)
+
+    def close(self) -> None:
+        """Free the solver's memory; the run cannot go on afterwards. Collective."""
+        self.solver.close()
+
+    def _put_in(self, reached: Sequence[Obstacle]) -> None:
+        self.out_of_reach = [o for o in self.out_of_reach if o not in reached]
+        body = dataclasses.replace(self.body, obstacles=(*self.body.obstacles, *reached))
+        self.ledger.rebind(body, self.state)
+        before = self.solver
+        self._bind(body)
+        before.close()
+
+    def accept(self, t: float, h: float, outcome: Outcome, error: float | None) -> Step:
+        """Take the present displacement as the state at time t [s], after a step h [s]."""
+        self.t, self.last_step_s = t, h
+        self.totals.steps += 1
+        self.largest = self._largest_now if error is not None else self.largest
+        amplitude = self.body.amplitude(t)
+        self.ledger.add_step(amplitude, h)
+        return Step(t, h, amplitude, outcome.iterations, error)
+
+    def no_way_on(self, reason: str, amplitude: float, t: float | None = None) -> str:
+        """The message of a failure, at the present time or t [s]."""
+        place = f"{self.t if t is None else t:.6g} s, load amplitude {amplitude:.6g}: {reason}"
+        drowned = reason.startswith(ROUND_OFF)
+        return f"the solver stops beyond t = {place}" if drowned else f"no equilibrium beyond t = {place}"
+
+    def memory(self) -> Memory:
+        """All that decides how the run goes on after the last accepted step."""
+        state = self.state.fields(self.body.density is not None)
+        numbers = {
+            "t": self.t,
+            "last_step_s": self.last_step_s,
+            "largest": self.largest,
+            "totals": dataclasses.asdict(self.totals),
+            "load_steps": self.schedule.load_steps,
+            "out_of_reach": [str(o) for o in self.out_of_reach],
+            "ledger": self.ledger.numbers(),
+            "stepping": self.stepping.numbers(),
+            "offsets": self.state.offsets(),
+        }
+        fields = {name: f.x.array.copy() for name, f in state.items()} | self.ledger.fields() | self.stepping.fields()
+        return Memory(numbers, fields)
+
+    def recall(self, memory: Memory) -> None:
+        """Go back to an accepted step of an earlier run of the same problem; call before `run`. Collective."""
+        numbers, fields = memory.numbers, memory.fields
+        if reached := [o for o in self.out_of_reach if str(o) not in numbers["out_of_reach"]]:
+            self._put_in(reached)
+        self.state.recall(numbers["offsets"], fields, self.body.density is not None)
+        self.t, self.last_step_s, self.largest = (numbers[key] for key in ("t", "last_step_s", "largest"))
+        self.totals = Totals(**numbers["totals"])
+        self.schedule = dataclasses.replace(self.schedule, load_steps=numbers["load_steps"])
+        self.ledger.recall(numbers["ledger"], fields)
+        self.stepping.recall(numbers["stepping"], fields)
