@@ -147,8 +147,8 @@ def test_disk_that_fills_up_fails_the_case_and_the_same_command_goes_on(small_di
 
 def test_temporary_folder_that_cannot_be_written_to_fails_the_case_and_the_same_command_goes_on(folder):
     Path("my.toml").write_text(COARSE)
-    code = "import sys, tempfile; tempfile.tempdir = 'gone'; from cellmech import mesh_store; "
-    code += "mesh_store.kept = lambda spec: None; from cellmech.study import main; sys.exit(main(sys.argv[1:]))"
+    code = "import sys, tempfile; tempfile.tempdir = 'gone'; from cellmech.mesh import store; "
+    code += "store.kept = lambda spec: None; from cellmech.study import main; sys.exit(main(sys.argv[1:]))"
     outcome = program("my.toml", "--quiet", program=("-c", code))
     assert (outcome.status, len(outcome.err.splitlines())) == (1, 1)
     assert outcome.err.startswith("cellmech: my: failed: the disk refuses: No such file or directory (")
@@ -162,7 +162,8 @@ def test_case_that_runs_out_of_memory_says_so_and_is_tried_again(folder):
     """With MUMPS allowed 1 MB."""
     Path("my.toml").write_text(COARSE)
     code = (
-        "import sys; from cellmech import snes, study; snes.OPTIONS['mat_mumps_icntl_23'] = 1; sys.exit(study.main())"
+        "import sys; from cellmech import study; from cellmech.solver import newton; "
+        "newton.OPTIONS['mat_mumps_icntl_23'] = 1; sys.exit(study.main())"
     )
     outcome = program("my.toml", "--quiet", program=("-c", code))
     assert (outcome.status, len(outcome.err.splitlines())) == (1, 1)

@@ -21,7 +21,7 @@ half_ramp_s = 40
 """
 REVERSED = """
 import sys
-from cellmech import study, sweep
+from cellmech.runs import study, sweep
 class Reversed(sweep.Counter):
     def take(self):
         number = super().take()

@@ -166,7 +166,7 @@ def test_number_of_threads_leaves_compiled_equations_apart(scene):
     marks += "from mpi4py import MPI\n"
     marks += "with _compiling(MPI.COMM_SELF) as found: print(tables_mark() in str(found['cffi_extra_compile_args']))"
     assert call(sys.executable, "-c", marks, XDG_CACHE_HOME=str(scene / "cache")).stdout == "True\n"
-    tables = "from cellmech import fenicsx; print(fenicsx.tables_mark())"
+    tables = "from cellmech.fem import fenicsx; print(fenicsx.tables_mark())"
     kernels = [{}, {"OPENBLAS_CORETYPE": "Prescott"}, {"OPENBLAS_CORETYPE": "Prescott"}]
     told = [call(sys.executable, "-c", tables, **kernel).stdout for kernel in kernels]
     assert told[1] == told[2] and len(told[0]) == len(told[1]) == 17

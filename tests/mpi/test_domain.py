@@ -69,14 +69,14 @@ else:
 REFUSED = """
 import tempfile
 from mpi4py import MPI
-from cellmech import geometry, mesh_store
+from cellmech.mesh import geometry, store
 from cellmech.fem.domain import build_domain
 from cellmech.mesh.geometry import DiscSpec
 
 world = MPI.COMM_WORLD
 if world.rank == 0:
     tempfile.tempdir = "/nowhere"
-    mesh_store.kept = lambda spec: None
+    store.kept = lambda spec: None
 for _ in range(2):
     try:
         build_domain(DiscSpec(size_um=8.0), world)

@@ -8,7 +8,7 @@ pytestmark = pytest.mark.mpi
 CODE = """
 import os, sys
 import cellmech
-from cellmech import records
+from cellmech.results import records
 from mpi4py import MPI
 
 world, coarse = MPI.COMM_WORLD, {"mesh": {"size_um": 8.0}, "time": {"history": False}}

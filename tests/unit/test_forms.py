@@ -36,7 +36,7 @@ print("compiled")
 """
 
 ALIKE = """
-from cellmech import fenicsx
+from cellmech.fem import fenicsx
 from dolfinx import fem, mesh
 from mpi4py import MPI
 import ufl
@@ -183,7 +183,7 @@ def test_form_is_the_same_however_many_constants_were_made_before():
 
 
 def _without_our_numbers():
-    code = ALIKE.replace("from cellmech import fenicsx\n", "")
+    code = ALIKE.replace("from cellmech.fem import fenicsx\n", "")
     environment = {**os.environ, "OMPI_MCA_btl": "self"}  # leaves no shared memory, which the package would see to
     pipes = {"stdout": subprocess.PIPE, "text": True}
     return subprocess.run([sys.executable, "-c", code], env=environment, check=True, **pipes).stdout
