@@ -36,7 +36,6 @@ from cellmech.solver.det_f import order_of, quadrature
 from cellmech.solver.simulation import Run
 
 QUANTITIES = {"sigma_mises": "_Pa", "J1": "", "J2": "", "J3": "", "pressure": "_Pa"}  # and their units
-REST = np.array([0.0, 2.0, 2.0, 1.0, 0.0])  # their values at rest
 STRAINS = ("J1", "J2", "J3")
 SETTLED = 1e-9  # a maximum over time moves on only for more than this share of its size: round-off is no growth
 REPORTED = {1: 1, 2: 2, 3: 4}  # subdivisions of an edge into reported points, by the displacement's order
@@ -95,11 +94,12 @@ class Observer:
     def __init__(self, run: Run, layout: Layout) -> None:
         self.run, self.layout = run, layout
         body = run.body
+        self.rest = np.array([0.0, *body.kinematics.rest, 0.0])  # what QUANTITIES are in a body at rest
         self.comm = body.domain.mesh.comm
         order = order_of(body.space)
         self.subdivisions = REPORTED[order]
         reported, (q, w) = lattice(self.subdivisions)[0], quadrature(body.bulk_degree)
-        cells = np.arange(body.domain.mesh.topology.index_map(2).size_local, dtype=np.int32)
+        cells = np.arange(body.domain.mesh.topology.index_map(body.domain.mesh.topology.dim).size_local, dtype=np.int32)
         points, weights = np.vstack([reported, q]), np.concatenate([np.zeros(len(reported)), w])
         self.samples = Samples(run, cells, points, weights, len(reported))
         self.gradient = PressureGradient(run, self.samples, points, order)
@@ -178,13 +178,13 @@ class Observer:
 
     def _of_region(self, name: str, t_s: float) -> dict[str, Any]:
         row = self.table[name]
-        maxima, means = row[MAXIMA] + REST, row[INTEGRALS] / row[AREA] + REST
+        maxima, means = row[MAXIMA] + self.rest, row[INTEGRALS] / row[AREA] + self.rest
         places = row[PLACES].reshape(-1, 2).tolist()
         values: dict[str, Any] = {}
         for k, (quantity, unit) in enumerate(QUANTITIES.items()):
             largest = float(maxima[k])
             peak = self.peaks[name].get(quantity, (-np.inf, 0.0))[0]
-            if largest - peak > SETTLED * abs(largest - REST[k]):
+            if largest - peak > SETTLED * abs(largest - self.rest[k]):
                 self.peaks[name][quantity] = (largest, t_s)
             over_time = self.peaks[name][quantity] if self.run.has_a_way else (None, None)
             values[f"{quantity}_max{unit}"] = largest
@@ -210,7 +210,7 @@ class Observer:
             if name not in STRAINS:
                 continue
             part, whole = nucleus[INTEGRALS][k], cell[INTEGRALS][k]
-            area[name] = float(100 * (part + REST[k] * inner) / outer)
+            area[name] = float(100 * (part + self.rest[k] * inner) / outer)
             peak[name] = float(nucleus[k] / cell[k]) if cell[k] else None
             integral[name] = float(part / whole) if whole else None
         return {"share_of_area_percent": area, "share_of_max": peak, "share_of_integral": integral}
@@ -289,9 +289,9 @@ def point_fields(observer: Observer) -> dict[str, np.ndarray]:
         "position": position,
         "displacement_um": gradient.position[:, reported] - position,
         "sigma_mises_Pa": values[..., 0],
-        "J1": values[..., 1] + REST[1],
-        "J2": values[..., 2] + REST[2],
-        "J3": values[..., 3] + REST[3],
+        "J1": values[..., 1] + observer.rest[1],
+        "J2": values[..., 2] + observer.rest[2],
+        "J3": values[..., 3] + observer.rest[3],
         "det_F": values[..., DET_F],
         "pressure_Pa": values[..., PRESSURE],
         "pressure_gradient_Pa_per_um": np.broadcast_to(gradient.values, position.shape),

@@ -10,7 +10,8 @@ import numpy as np
 import ufl
 
 from cellmech.fem.jit import PointValues
-from cellmech.mechanics.kinematics import deformation_gradient, embed, green_lagrange, reported_strains
+from cellmech.mechanics.invariants import reported_strains
+from cellmech.mechanics.kinematics import deformation_gradient, green_lagrange
 from cellmech.mechanics.materials import Mixture
 from cellmech.solver.simulation import Run
 from cellmech.solver.state import State
@@ -29,14 +30,15 @@ def state_quantities(state: State, mixture: Mixture) -> Any:
     sigma_Mises is the von Mises norm of the full 3-D Cauchy stress of the whole mixture, sigma_zz included; the
     pressure is minus a third of its trace. J1, J2, J3 of a mixed solid have the volume of its pressure.
     """
-    F, E = embed(deformation_gradient(state.u), 1.0), green_lagrange(state.u)
-    S = mixture.solid(embed(E), state.p)[1]
+    k = state.kinematics
+    F, E = deformation_gradient(state.u, k), green_lagrange(state.u, k)
+    S = mixture.solid(E, state.p)[1]
     if mixture.rate_dependent:
-        S = S + mixture.fluid(F, embed(state.strain_rate()))
+        S = S + mixture.fluid(F, state.strain_rate())
     sigma = F * S * F.T / ufl.det(F)
     deviator = ufl.dev(sigma)
     mises = ufl.sqrt(1.5 * ufl.inner(deviator, deviator))
-    return ufl.as_vector([mises, *reported_strains(mixture.strain(E, state.p)), -ufl.tr(sigma) / 3, ufl.det(F)])
+    return ufl.as_vector([mises, *reported_strains(mixture.strain(E, state.p, k)), -ufl.tr(sigma) / 3, ufl.det(F)])
 
 
 class Samples:

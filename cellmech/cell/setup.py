@@ -177,7 +177,7 @@ class Setup:
     @property
     def number_of_cells(self) -> int:
         """Triangles of the whole mesh."""
-        return int(self.domain.mesh.topology.index_map(2).size_global)
+        return int(self.domain.mesh.topology.index_map(self.domain.mesh.topology.dim).size_global)
 
     @property
     def dofs(self) -> int:

@@ -110,7 +110,7 @@ def from_gmsh(model: Any, comm: MPI.Comm) -> Domain:
     check_elements(mesh)
     quality = mesh_quality(mesh)
     for name, number in cells.items():
-        own = cell_tags.indices[cell_tags.values == number] < mesh.topology.index_map(2).size_local
+        own = cell_tags.indices[cell_tags.values == number] < mesh.topology.index_map(mesh.topology.dim).size_local
         quality[f"cells_{name}"] = comm.allreduce(float(own.sum()))
     return Domain(mesh, cell_tags, facet_tags, cells, facets, quality)
 
@@ -128,9 +128,11 @@ def check_elements(mesh: Any) -> None:
     found = mesh.comm.allgather([(float(d), *xy) for d, xy in zip(lowest[bad], places.tolist(), strict=True)])
     worst = sorted(element for rank in found for element in rank)
     if worst:
+        elements = mesh.topology.index_map(mesh.topology.dim).size_global
+        elements = mesh.topology.index_map(mesh.topology.dim).size_global
         where = ", ".join(f"({x:.4g}, {y:.4g})" for _, x, y in worst[:5]) + (", ..." if len(worst) > 5 else "")
         raise MeshError(
-            f"the Jacobian is not positive all over {len(worst)} of {mesh.topology.index_map(2).size_global} elements, "
+            f"the Jacobian is not positive all over {len(worst)} of {elements} elements, "
             f"centred at {where} µm. A smaller size_um or thicker layers may help"
         )
 
@@ -177,7 +179,7 @@ def mesh_quality(mesh: Any) -> dict[str, float]:
         "min_edge_um": edges.min(axis=1),
         "max_edge_um": edges.max(axis=1),
     }
-    comm, cells = mesh.comm, mesh.topology.index_map(2).size_global
+    comm, cells = mesh.comm, mesh.topology.index_map(mesh.topology.dim).size_global
     quality = {"cells": float(cells), "mean_shape_quality": comm.allreduce(float(shape.sum())) / cells}
     for name, values in local.items():
         if name.startswith("min"):

@@ -104,7 +104,7 @@ def model_to_mesh(model: Any, comm: MPI.Comm, gdim: int = 2) -> tuple[Any, Any, 
 
 def cell_points(mesh: Any) -> np.ndarray:
     """Coordinates of the geometry nodes of this rank's own cells, shape (cells, nodes, 2)."""
-    dofs, cells = mesh.geometry.dofmap, mesh.topology.index_map(2).size_local
+    dofs, cells = mesh.geometry.dofmap, mesh.topology.index_map(mesh.topology.dim).size_local
     if OLD:
         dofs = dofs.array.reshape(dofs.num_nodes, -1)
     return mesh.geometry.x[dofs[:cells], :2]

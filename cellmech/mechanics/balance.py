@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
 import ufl
 
 from cellmech.mechanics.contact import Contact
-from cellmech.mechanics.kinematics import deformation_gradient, embed, green_lagrange, plane
+from cellmech.mechanics.kinematics import PLANE_STRAIN, Kinematics, deformation_gradient, green_lagrange
 from cellmech.mechanics.materials import Mixture
 from cellmech.mechanics.obstacles import Obstacle
 
@@ -53,6 +53,7 @@ class Body:
         amplitude: load factor as a function of time [s], 0 … 1.
         bulk_degree, contact_degree: quadrature degrees.
         pressure_space: discontinuous functions for the pressure of mixed materials, if there are any.
+        kinematics: what the mesh means in space.
     """
 
     domain: Any
@@ -68,41 +69,50 @@ class Body:
     bulk_degree: int = BULK_DEGREE
     contact_degree: int = CONTACT_DEGREE
     pressure_space: Any = None
+    kinematics: Kinematics = PLANE_STRAIN
 
     @property
     def rate_dependent(self) -> bool:
         """Whether any stress depends on rate, or inertia is modelled: whether time is more than a load parameter."""
         return self.density is not None or any(m.rate_dependent for m in self.mixtures)
 
+    def over(self, integrand: Any, names: Sequence[str] | None = None, degree: int | None = None) -> ufl.Form:
+        """An integral in space over named groups of cells, all by default."""
+        return self._weighed(integrand) * self.domain.dx(degree or self.bulk_degree, names)
+
+    def along(self, integrand: Any, names: Sequence[str], degree: int | None = None) -> ufl.Form:
+        """An integral in space over named groups of facets on the boundary."""
+        return self._weighed(integrand) * self.domain.ds(degree or self.bulk_degree, names)
+
+    def _weighed(self, integrand: Any) -> Any:
+        return integrand * self.kinematics.weight(ufl.SpatialCoordinate(self.domain.mesh))
+
 
 def stored_energy(body: Body, state: Motion) -> ufl.Form:
     """Sum of c_s W over the body [Pa µm^2]."""
-    E = embed(green_lagrange(state.u))
-    return sum(m.solid(E, state.p)[0] * body.domain.dx(body.bulk_degree, m.names) for m in body.mixtures)
+    E = green_lagrange(state.u, body.kinematics)
+    return sum(body.over(m.solid(E, state.p)[0], m.names) for m in body.mixtures)
 
 
 def kinetic_energy(body: Body, state: Motion) -> ufl.Form:
     """rho v^2 / 2 over a body with density [Pa µm^2], at the current time."""
     v, rho = state.velocity(), body.domain.constant(body.density)
-    return 0.5 * rho * ufl.dot(v, v) * body.domain.dx(body.bulk_degree)
+    return body.over(0.5 * rho * ufl.dot(v, v))
 
 
 def internal_work(body: Body, state: Motion, w: Any) -> ufl.Form:
     """Virtual work of the solid stress, int P : grad w dV with P = F c_s S_s [Pa µm] (eqs 6, 32)."""
-    F, E = deformation_gradient(state.u), embed(green_lagrange(state.u))
-    return sum(
-        ufl.inner(F * plane(m.solid(E, state.p)[1]), ufl.grad(w)) * body.domain.dx(body.bulk_degree, m.names)
-        for m in body.mixtures
-    )
+    k = body.kinematics
+    F, E = deformation_gradient(state.u, k), green_lagrange(state.u, k)
+    return sum(body.over(ufl.inner(F * m.solid(E, state.p)[1], k.gradient(w)), m.names) for m in body.mixtures)
 
 
 def viscous_work(body: Body, state: Motion, w: Any) -> ufl.Form | None:
     """Virtual work of the fluid stress, P = F c_f S_f [Pa µm] (eqs 6, 23); None where no fluid carries stress."""
-    F, E_dot = deformation_gradient(state.u), state.strain_rate()
+    k = body.kinematics
+    F, E_dot = deformation_gradient(state.u, k), state.strain_rate()
     terms = [
-        ufl.inner(F * m.fluid(F, E_dot), ufl.grad(w)) * body.domain.dx(body.bulk_degree, m.names)
-        for m in body.mixtures
-        if m.rate_dependent
+        body.over(ufl.inner(F * m.fluid(F, E_dot), k.gradient(w)), m.names) for m in body.mixtures if m.rate_dependent
     ]
     return sum(terms) if terms else None
 
@@ -112,15 +122,18 @@ def inertial_work(body: Body, state: Motion, w: Any) -> ufl.Form | None:
     if body.density is None:
         return None
     rho = body.domain.constant(body.density)
-    return rho * ufl.dot(state.acceleration(), w) * body.domain.dx(body.bulk_degree)
+    return body.over(rho * ufl.dot(state.acceleration(), w))
 
 
 def contact_work(body: Body, state: Motion, w: Any) -> ufl.Form | None:
     """Virtual work of the obstacles on the body, terms added as in eq. 27 [Pa µm]; None without obstacles."""
     if body.contact is None or not body.obstacles:
         return None
-    dx, ds = body.domain.dx(body.contact_degree), body.domain.ds(body.contact_degree, ("outer",))
-    return sum(body.contact.virtual_work(state.u, w, obstacle, dx, ds) for obstacle in body.obstacles)
+    place = body.domain.mesh, body.kinematics
+    forces = [ufl.dot(body.contact.force(state.u, obstacle, *place), w) for obstacle in body.obstacles]
+    if body.contact.form == "surface":
+        return sum(body.along(force, ("outer",), body.contact_degree) for force in forces)
+    return sum(body.over(force, None, body.contact_degree) for force in forces)
 
 
 def load_work(body: Body, w: Any) -> ufl.Form:
@@ -130,9 +143,9 @@ def load_work(body: Body, w: Any) -> ufl.Form:
         is_field = isinstance(load, ufl.core.expr.Expr)
         return load if is_field else body.domain.constant(load)
 
-    work = ufl.dot(vector(body.body_force), w) * body.domain.dx(body.bulk_degree)
+    work = body.over(ufl.dot(vector(body.body_force), w))
     for name, traction in (body.tractions or {}).items():
-        work += ufl.dot(vector(traction), w) * body.domain.ds(body.bulk_degree, (name,))
+        work += body.along(ufl.dot(vector(traction), w), (name,))
     return work
 
 

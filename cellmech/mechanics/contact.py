@@ -7,7 +7,7 @@ from typing import Any
 
 import ufl
 
-from cellmech.mechanics.kinematics import deformation_gradient
+from cellmech.mechanics.kinematics import Kinematics, deformation_gradient
 from cellmech.mechanics.obstacles import Obstacle, depth_and_normal
 
 
@@ -56,27 +56,27 @@ class Contact:
         s = min(max((d / self.width + 1) / 2, 0.0), 1.0)
         return self.kappa * (2 * self.width * s**4 * (2.5 - 3 * s + s * s) + max(d - self.width, 0.0))
 
-    def surface_traction(self, u, N, X, obstacle: Obstacle):
-        """p(d) |cof(F) N| n [Pa], traction per reference area (Nanson); shape (2,)."""
-        F = deformation_gradient(u)
+    def surface_traction(self, u, N, X, obstacle: Obstacle, kinematics: Kinematics):
+        """p(d) |cof(F) N| n [Pa], traction per reference area (Nanson); shape of u."""
+        F = deformation_gradient(u, kinematics)
         d, n = depth_and_normal(obstacle, X + u)
-        cof_N = ufl.cofac(F) * N
+        cof_N = ufl.cofac(F) * kinematics.vector(N)
         return pressure(d, self.kappa, self.width) * ufl.sqrt(ufl.dot(cof_N, cof_N)) * n
 
-    def body_force(self, u, X, obstacle: Obstacle):
-        """Force per reference volume of the volume forms [Pa/µm], shape (2,).
+    def body_force(self, u, X, obstacle: Obstacle, kinematics: Kinematics):
+        """Force per reference volume of the volume forms [Pa/µm], shape of u.
 
         kappa H_w(d) J n for "volume", kappa H_w(d) cof(F) n for "volume-printed" (eq. 27).
         """
-        F = deformation_gradient(u)
+        F = deformation_gradient(u, kinematics)
         d, n = depth_and_normal(obstacle, X + u)
-        direction = ufl.det(F) * n if self.form == "volume" else ufl.cofac(F) * n
+        leaning = ufl.cofac(F) * kinematics.vector(n)
+        direction = ufl.det(F) * n if self.form == "volume" else ufl.as_vector([leaning[k] for k in range(len(n))])
         return self.kappa * smooth_step(d, self.width) * direction
 
-    def virtual_work(self, u, w, obstacle: Obstacle, dx, ds):
-        """Virtual work of the contact force on w [Pa µm], over the measure this form acts on."""
-        domain = w.ufl_function_space().ufl_domain()
-        X = ufl.SpatialCoordinate(domain)
+    def force(self, u, obstacle: Obstacle, mesh, kinematics: Kinematics):
+        """Per reference area of the outline [Pa], or per reference volume [Pa/µm] in the volume forms; shape of u."""
+        X = ufl.SpatialCoordinate(mesh)
         if self.form == "surface":
-            return ufl.dot(self.surface_traction(u, ufl.FacetNormal(domain), X, obstacle), w) * ds
-        return ufl.dot(self.body_force(u, X, obstacle), w) * dx
+            return self.surface_traction(u, ufl.FacetNormal(mesh), X, obstacle, kinematics)
+        return self.body_force(u, X, obstacle, kinematics)

@@ -12,7 +12,7 @@ def fluid_stress(F, C_dot, lmbda_f, mu_f):
     discretisation, because the rate is taken of C itself.
 
     Args:
-        F: deformation gradient [-], shape (n, n), n = 2 or 3.
+        F: deformation gradient [-], shape (3, 3).
         C_dot: rate of C [1/s], same shape.
         lmbda_f, mu_f: volumetric and shear viscosity [Pa s].
     """

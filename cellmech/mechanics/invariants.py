@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import ufl
 
@@ -92,3 +93,13 @@ def excess(t, a: float):
         series = t * series + c
     plain = ufl.ln(1 + t) if a == 0.0 else ((1 + t) ** a - 1) / a
     return ufl.conditional(ufl.lt(abs(t), SERIES_LIMIT), t * t * series, t - plain)
+
+
+def reported_strains(E: ufl.core.expr.Expr) -> tuple[Any, Any, Any]:
+    """J1, J2, J3 [-] of the geometry less their values at rest, tr C - tr I and so on, from E, shape (3, 3).
+
+    In plane strain, where E33 = 0, these are the differences of the plane's tr C, tr C^2, det C too. Errors and ratios
+    are taken on them.
+    """
+    C = Invariants(E)
+    return C.I1_gap, 4 * C.trace + 4 * C.square, C.I3_gap

@@ -1,44 +1,90 @@
-"""Plane-strain kinematics, formed from the displacement gradient so that small strains keep their digits.
+"""Kinematics: what a displacement's gradient is in space, formed so that small strains keep their digits.
 
-Everything here is symbolic (UFL). `F J C` are kinematic quantities only; the residual is `R`, the tangent `K`.
+A geometry fixes the 3 x 3 gradient of a vector field; everything behind it is the same for all. Everything here is
+symbolic (UFL). `F J C` are kinematic quantities only; the residual is `R`, the tangent `K`.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import Any, ClassVar, Protocol
+
 import ufl
 
 
-def deformation_gradient(u):
-    """F = I + grad u [-], shape (2, 2) (eq. 7)."""
-    return ufl.Identity(2) + ufl.grad(u)
+class Kinematics(Protocol):
+    """A geometry: what the fields of a mesh mean in space."""
+
+    @property
+    def components(self) -> int:
+        """Of a displacement, and coordinates of the mesh."""
+
+    @property
+    def rest(self) -> tuple[float, float, float]:
+        """The reported J1, J2, J3 of a body at rest [-]."""
+
+    @property
+    def stretched(self) -> Any:
+        """Projector onto the directions in which a point may be stretched [-], shape (3, 3)."""
+
+    @property
+    def directions(self) -> int:
+        """How many these are."""
+
+    def gradient(self, v: Any) -> Any:
+        """Gradient in space of a vector field on the mesh, shape (3, 3)."""
+
+    def vector(self, v: Any) -> Any:
+        """A vector on the mesh as one in space, shape (3,)."""
+
+    def weight(self, X: Any) -> Any:
+        """By what an integral over the mesh is multiplied at the reference place X."""
 
 
-def green_lagrange(u):
-    """E = (C - I)/2 [-], shape (2, 2), from grad u: no difference of nearly equal numbers."""
-    h = ufl.grad(u)
+@dataclass(frozen=True)
+class PlaneStrain:
+    """Plane strain: nothing moves along z and nothing depends on it, F33 = 1. Totals are per µm of z.
+
+    The reported J1, J2, J3 are tr C, tr C^2, det C of the plane's C (eqs 14-16), 2, 2, 1 at rest.
+    """
+
+    components: ClassVar[int] = 2
+    rest: ClassVar[tuple[float, float, float]] = (2.0, 2.0, 1.0)
+    directions: ClassVar[int] = 2
+
+    @property
+    def stretched(self) -> Any:
+        """See `Kinematics`."""
+        return ufl.as_matrix([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.0]])
+
+    def gradient(self, v: Any) -> Any:
+        """See `Kinematics`."""
+        h = ufl.grad(v)
+        return ufl.as_matrix([[h[0, 0], h[0, 1], 0.0], [h[1, 0], h[1, 1], 0.0], [0.0, 0.0, 0.0]])
+
+    def vector(self, v: Any) -> Any:
+        """See `Kinematics`."""
+        return ufl.as_vector([v[0], v[1], 0.0])
+
+    def weight(self, X: Any) -> Any:
+        """See `Kinematics`."""
+        return 1
+
+
+PLANE_STRAIN = PlaneStrain()
+
+
+def deformation_gradient(u: Any, kinematics: Kinematics) -> Any:
+    """F = I + grad u [-], shape (3, 3) (eq. 7)."""
+    return ufl.Identity(3) + kinematics.gradient(u)
+
+
+def green_lagrange(u: Any, kinematics: Kinematics) -> Any:
+    """E = (C - I)/2 [-], shape (3, 3), from grad u: no difference of nearly equal numbers."""
+    h = kinematics.gradient(u)
     return (h + h.T + h.T * h) / 2
 
 
-def embed(a, a_zz=0.0):
-    """The 3-D tensor diag(a, a_zz) of a plane one, shape (3, 3); F33 = 1 in plane strain, so E33 = 0."""
-    zero = ufl.as_ufl(0.0)
-    return ufl.as_matrix([[a[0, 0], a[0, 1], zero], [a[1, 0], a[1, 1], zero], [zero, zero, ufl.as_ufl(a_zz)]])
-
-
-def plane(a):
-    """The in-plane block of a 3-D tensor, shape (2, 2)."""
-    return ufl.as_matrix([[a[0, 0], a[0, 1]], [a[1, 0], a[1, 1]]])
-
-
-def dilatation_rate(strain_rate):
+def dilatation_rate(strain_rate: Any) -> Any:
     """dC/dt = 2 dE/dt [1/s] (eq. 22)."""
     return 2 * strain_rate
-
-
-def reported_strains(E):
-    """In-plane J1 = tr C, J2 = tr C^2, J3 = det C [-] from the plane E, less their rest values 2, 2, 1.
-
-    Returns the differences (J1 - 2, J2 - 2, J3 - 1), which is what errors and ratios are taken on.
-    """
-    trace, square = ufl.tr(E), ufl.inner(E, E)
-    return 2 * trace, 4 * trace + 4 * square, 2 * trace + 2 * (trace**2 - square)

@@ -15,6 +15,7 @@ from typing import TypeAlias
 import ufl
 
 from cellmech.mechanics.invariants import Invariants
+from cellmech.mechanics.kinematics import Kinematics
 
 BETA_OVER_MU = 1 / 0.4  # beta_MR = mu/0.4, printed below eq. 19
 
@@ -27,21 +28,22 @@ class VolumeMeasure:
 
     Args:
         of: g as a function of the invariants.
-        changed: (E, d) -> the in-plane strain that has g + d and else is as E is; E in-plane.
+        changed: (E, d, kinematics) -> the strain that has g + d and else is as E is, equal in all stretched directions.
     """
 
     of: Callable[[Invariants], ufl.core.expr.Expr]
     changed: Callable[..., ufl.core.expr.Expr]
 
 
-def _swollen(E, d):
-    """(e^d C - I)/2: ln J grows by d."""
-    growth = 2 * ufl.sinh(d / 2) * ufl.exp(d / 2)  # e^d - 1
-    return E + growth * (E + ufl.Identity(2) / 2)
+def _swollen(E, d, kinematics: Kinematics):
+    """(e^(2 d/n) C - I)/2 with n stretched directions: ln J grows by d."""
+    half = d / kinematics.directions
+    growth = 2 * ufl.sinh(half) * ufl.exp(half)  # e^(2 d/n) - 1
+    return E + growth * (E + kinematics.stretched / 2)
 
 
 LN_J = VolumeMeasure(lambda C: C.ln_J, _swollen)
-TRACE = VolumeMeasure(lambda C: C.trace, lambda E, d: E + d / 2 * ufl.Identity(2))
+TRACE = VolumeMeasure(lambda C: C.trace, lambda E, d, kinematics: E + d / kinematics.directions * kinematics.stretched)
 VOLUMETRIC: dict[Law, VolumeMeasure] = {}
 
 

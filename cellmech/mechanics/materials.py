@@ -11,7 +11,7 @@ import ufl
 from cellmech.errors import InputError
 from cellmech.mechanics.fluid import fluid_stress
 from cellmech.mechanics.invariants import Invariants
-from cellmech.mechanics.kinematics import dilatation_rate, embed
+from cellmech.mechanics.kinematics import Kinematics, dilatation_rate
 from cellmech.mechanics.laws import VOLUMETRIC, Law, energy_and_stress, mixed_energy_and_stress
 
 
@@ -90,20 +90,20 @@ class Mixture:
         """The measure g of volume change that the law's lambda goes with [-] at the 3-D strain E."""
         return VOLUMETRIC[self.law].of(Invariants(E))
 
-    def strain(self, E, p=None):
-        """The in-plane strain to report [-] where the displacement has E: in the mixed form with the pressure's volume.
+    def strain(self, E, p, kinematics: Kinematics):
+        """The strain to report [-] where the displacement has E: in the mixed form with the pressure's volume.
 
         There the volume of the displacement itself is right on the average over an element only, point by point as
         wrong as its gradient; that of the pressure, p/lambda, is of order 2 in the mesh size and nearer by lambda/mu.
         """
         if not self.mixed:
             return E
-        change = p / self.constants["lmbda"] - self.volumetric(embed(E))
-        corrected = VOLUMETRIC[self.law].changed(E, change)
+        change = p / self.constants["lmbda"] - self.volumetric(E)
+        corrected = VOLUMETRIC[self.law].changed(E, change, kinematics)
         solid = ufl.gt(self.solid_fraction, 0)  # fluid alone has no such pressure
-        entries = [[ufl.conditional(solid, corrected[i, j], E[i, j]) for j in range(2)] for i in range(2)]
+        entries = [[ufl.conditional(solid, corrected[i, j], E[i, j]) for j in range(3)] for i in range(3)]
         return ufl.as_matrix(entries)
 
     def fluid(self, F, E_dot):
-        """c_f S_f [Pa] (eqs 6, 23); F and E_dot both plane or both 3-D."""
+        """c_f S_f [Pa] (eqs 6, 23) at F and E_dot."""
         return fluid_stress(F, dilatation_rate(E_dot), self.viscosity_lambda, self.viscosity_mu)

@@ -13,7 +13,7 @@ import ufl
 from cellmech.cell.observables import Observer
 from cellmech.cell.samples import lattice
 from cellmech.fem.jit import PointValues
-from cellmech.mechanics.kinematics import deformation_gradient, embed, green_lagrange
+from cellmech.mechanics.kinematics import deformation_gradient, green_lagrange
 from cellmech.paper.misfit import LOST, log_ratio
 from cellmech.paper.printed import Paper, PrintedRow
 from cellmech.paper.readings import LIMITS, ROUGH, Reading, misfits, row_settings, within
@@ -41,13 +41,14 @@ def _evaluators(observer: Observer) -> list[tuple[np.ndarray, np.ndarray, PointV
     """Cells of each mixture in the nucleus, distance of their nodes from the centre [µm], and the choices there."""
     run, found = observer.run, []
     state, domain = run.state, run.body.domain
-    F, E = embed(deformation_gradient(state.u), 1.0), green_lagrange(state.u)
+    k = state.kinematics
+    F, E = deformation_gradient(state.u, k), green_lagrange(state.u, k)
     points = lattice(observer.subdivisions)[0]
     X = ufl.SpatialCoordinate(domain.mesh)
     for mixture in run.body.mixtures:
-        S = mixture.solid(embed(E), state.p)[1]
+        S = mixture.solid(E, state.p)[1]
         solid = F * S * F.T / ufl.det(F)
-        fluid = mixture.fluid(F, embed(state.strain_rate())) if mixture.rate_dependent else 0.0 * S
+        fluid = mixture.fluid(F, state.strain_rate()) if mixture.rate_dependent else 0.0 * S
         sigma = solid + F * fluid * F.T / ufl.det(F)
         poisson = 0.4 * (sigma[0, 0] + sigma[1, 1])
         taken = [_mises(sigma, sigma[2, 2]), _mises(sigma, 0.0), _mises(sigma, poisson), _mises(solid, solid[2, 2])]

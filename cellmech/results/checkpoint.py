@@ -29,9 +29,9 @@ def save(folder: CaseFolder, space: fem.FunctionSpace, memory: Memory, case: dic
         memory: of the run.
         case: what the case itself must remember, as JSON can hold it.
     """
-    comm, owned = space.mesh.comm, space.dofmap.index_map.size_local
-    nodes = space.tabulate_dof_coordinates()[:owned, :2]
-    mine = {name: values[: 2 * owned].reshape(-1, 2) for name, values in memory.fields.items()}
+    comm, owned, components = space.mesh.comm, space.dofmap.index_map.size_local, space.dofmap.index_map_bs
+    nodes = space.tabulate_dof_coordinates()[:owned, :components]
+    mine = {name: values[: components * owned].reshape(-1, components) for name, values in memory.fields.items()}
     parts = comm.gather({"nodes": nodes, **mine}, root=0)
     if parts is None:
         return
@@ -91,7 +91,7 @@ def _on_this_rank(arrays: dict[str, np.ndarray], space: fem.FunctionSpace) -> tu
     from scipy.spatial import cKDTree  # a tenth of the start of Python, for those who go on from a checkpoint only
 
     arrays = dict(arrays)
-    nodes, here = arrays.pop("nodes"), space.tabulate_dof_coordinates()[:, :2]
+    nodes, here = arrays.pop("nodes"), space.tabulate_dof_coordinates()[:, : space.dofmap.index_map_bs]
     if len(nodes) != space.dofmap.index_map.size_global:
         return {}, 1
     distance, index = cKDTree(nodes).query(here) if len(here) else (np.zeros(0), np.zeros(0, dtype=int))

@@ -25,7 +25,7 @@ from petsc4py import PETSc
 
 from cellmech.fem.domain import Domain
 from cellmech.fem.jit import cellwise_space, compile_form
-from cellmech.mechanics.kinematics import embed, green_lagrange
+from cellmech.mechanics.kinematics import Kinematics, green_lagrange
 from cellmech.mechanics.materials import Mixture
 
 
@@ -39,6 +39,7 @@ class ElementPressure:
         u: displacement [µm], made of the unknown.
         unknown: what Newton's method looks for [µm].
         degree: quadrature degree.
+        kinematics: what the mesh means in space.
     """
 
     def __init__(
@@ -49,10 +50,11 @@ class ElementPressure:
         u: Any,
         unknown: fem.Function,
         degree: int,
+        kinematics: Kinematics,
     ) -> None:
         self.p = fem.Function(space)
         self._comm, q, r = domain.mesh.comm, ufl.TestFunction(space), ufl.TrialFunction(space)
-        E, none = embed(green_lagrange(u)), fem.Constant(domain.mesh, 0.0)
+        E, none = green_lagrange(u, kinematics), fem.Constant(domain.mesh, 0.0)
         dilatation, compliance = none * q * domain.dx(degree), none * q * r * domain.dx(degree)  # in every cell
         for m in mixtures:
             if m.mixed:
@@ -83,7 +85,7 @@ class ElementPressure:
         for vector in vectors:
             vector.destroy()
         of_cell, scale = shear / area**1.5, np.zeros(self.M.getLocalSize()[0])
-        for cell in range(domain.mesh.topology.index_map(2).size_local):
+        for cell in range(domain.mesh.topology.index_map(domain.mesh.topology.dim).size_local):
             scale[self.p.function_space.dofmap.cell_dofs(cell)] = of_cell[constant.dofmap.cell_dofs(cell)[0]]
         return scale
 

@@ -44,7 +44,7 @@ from cellmech.fem.domain import whole
 from cellmech.fem.jit import PointValues
 from cellmech.mechanics.balance import Body
 from cellmech.mechanics.invariants import Invariants
-from cellmech.mechanics.kinematics import deformation_gradient, embed, green_lagrange
+from cellmech.mechanics.kinematics import PLANE_STRAIN, deformation_gradient, green_lagrange
 from cellmech.mechanics.materials import Mixture
 from cellmech.solver.det_f import node_points, quadrature
 from cellmech.solver.waves import Waves, least_over_directions
@@ -106,7 +106,7 @@ class Ellipticity:
         mesh = body.domain.mesh
         points = np.vstack([quadrature(body.bulk_degree)[0], node_points(body.space)])
         self._comm = mesh.comm
-        owned = np.arange(mesh.topology.index_map(2).size_local, dtype=np.int32)
+        owned = np.arange(mesh.topology.index_map(mesh.topology.dim).size_local, dtype=np.int32)
         place = PointValues(ufl.SpatialCoordinate(mesh), points, mesh.comm)
         tags, numbers = body.domain.cell_tags, body.domain.cells
         self._layers = {number: whole(name) for name, number in numbers.items()}
@@ -153,10 +153,10 @@ class StabilityWatch:
     """
 
     def __init__(self, body: Body, u: fem.Function) -> None:
-        mesh, E = body.domain.mesh, green_lagrange(u)
+        mesh, E = body.domain.mesh, green_lagrange(u, body.kinematics)
         self._ellipticity = Ellipticity(body, u)
         self._square = PointValues(ufl.inner(E, E), node_points(body.space), mesh.comm)
-        self._cells = np.arange(mesh.topology.index_map(2).size_local, dtype=np.int32)
+        self._cells = np.arange(mesh.topology.index_map(mesh.topology.dim).size_local, dtype=np.int32)
         self._comm = mesh.comm
         self.seen = AT_REST
 
@@ -202,10 +202,11 @@ def moduli(u: fem.Function, mixture: Mixture) -> Any:
     F is (F11, F12, F21, F22). W is taken as a function of E11, E12, E22: S is then (S11, 2 S12, S22), and dS/dE the
     upper triangle of W's Hessian, row by row.
     """
-    E = green_lagrange(u)
+    E = green_lagrange(u, PLANE_STRAIN)
     e = [ufl.variable(E[0, 0]), ufl.variable(E[0, 1]), ufl.variable(E[1, 1])]
-    W = mixture.law(Invariants(embed(ufl.as_matrix([e[:2], e[1:]]))), **mixture.constants)
+    plane = ufl.as_matrix([[e[0], e[1], 0.0], [e[1], e[2], 0.0], [0.0, 0.0, 0.0]])
+    W = mixture.law(Invariants(plane), **mixture.constants)
     S = [ufl.diff(W, e[k]) for k in range(3)]
     C = [ufl.diff(S[k], e[m]) for k in range(3) for m in range(k, 3)]
-    F, mu = deformation_gradient(u), mixture.constants["mu"]
+    F, mu = deformation_gradient(u, PLANE_STRAIN), mixture.constants["mu"]
     return ufl.as_vector([F[0, 0], F[0, 1], F[1, 0], F[1, 1], *(value / mu for value in (*S, *C))])

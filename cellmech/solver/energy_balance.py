@@ -55,7 +55,8 @@ class Ledger:
             "contact": contact_work(body, state, w),
         }
         self._terms = {name: compile_form(form, comm) for name, form in terms.items() if form is not None}
-        self._owned = body.space.dofmap.index_map.size_local * 2
+        self._components = body.space.dofmap.index_map_bs
+        self._owned = body.space.dofmap.index_map.size_local * self._components
         self.load_vector = self._assemble("load")
 
     def _assemble(self, name: str) -> np.ndarray:
@@ -78,25 +79,24 @@ class Ledger:
         self.amplitude = amplitude
 
     def contact_force(self) -> np.ndarray:
-        """Resultant of the obstacles on the modelled body now [Pa µm], shape (2,). Collective."""
-        return self._sum(self._assemble("contact").reshape(-1, 2).sum(axis=0))
+        """Resultant of the obstacles on the modelled body now [Pa µm], a component each. Collective."""
+        return self._sum(self._assemble("contact").reshape(-1, self._components).sum(axis=0))
 
     def load_resultant(self) -> np.ndarray:
-        """Resultant of the dead loads at full amplitude [Pa µm], shape (2,). Collective."""
-        return self._sum(self.load_vector.reshape(-1, 2).sum(axis=0))
+        """Resultant of the dead loads at full amplitude [Pa µm], a component each. Collective."""
+        return self._sum(self.load_vector.reshape(-1, self._components).sum(axis=0))
 
     def moment(self) -> float:
         """Moment of obstacles and load now about where the load acts, counter-clockwise [Pa µm^2]. Collective.
 
         Stresses that are symmetric add nothing to it.
         """
-        load = self.load_vector.reshape(-1, 2)
-        x = self.body.space.tabulate_dof_coordinates()[: len(load), :2] + self.state.u.x.array[: self._owned].reshape(
-            -1, 2
-        )
+        load = self.load_vector.reshape(-1, self._components)
+        nodes = self.body.space.tabulate_dof_coordinates()[: len(load), : self._components]
+        x = nodes + self.state.u.x.array[: self._owned].reshape(load.shape)
         share = self._sum(load.sum(axis=0))[1]
         centre = self._sum(load[:, 1] @ x) / share
-        lever, force = x - centre, self._assemble("contact").reshape(-1, 2) + self.amplitude * load
+        lever, force = x - centre, self._assemble("contact").reshape(-1, self._components) + self.amplitude * load
         return float(self._sum(np.sum(lever[:, 0] * force[:, 1] - lever[:, 1] * force[:, 0])))
 
     def stored(self) -> float:

@@ -55,6 +55,7 @@ class Run:
         self.out_of_reach = list(out_of_reach)
         self.state = State(body)
         self.comm: MPI.Comm = body.domain.mesh.comm
+        self.components = body.space.dofmap.index_map_bs
         self.totals, self.t, self.last_step_s = Totals(), 0.0, 0.0
         self.outline = Outline(body.domain, body.space, "outer")
         self.reach_um = self.comm.allreduce(float(np.ptp(body.domain.mesh.geometry.x, axis=0).max()), op=MPI.MAX)
@@ -65,7 +66,7 @@ class Run:
         self._bind(body)
         self.ledger.begin(body.amplitude(0.0) if body.rate_dependent and not self.jumps else 0.0)
         self.stepping = TimeSteps(self) if body.rate_dependent else LoadSteps(self)
-        unknowns = 2 * body.space.dofmap.index_map.size_global
+        unknowns = self.components * body.space.dofmap.index_map.size_global
         self.checkpoint_every = max(1, min(CHECKPOINT_STEPS, CHECKPOINT_WORK // unknowns))
         self._beginning = self.memory() if schedule.skips_the_ramp and not body.rate_dependent else None
 
@@ -165,18 +166,18 @@ class Run:
         return max(wrong / max(most, least) for (_, wrong, least), most in pairs)
 
     def _mean(self, values: np.ndarray) -> np.ndarray:
-        """Mean of a nodal vector, shape (2,). Collective."""
+        """Mean of a nodal vector. Collective."""
         index_map = self.body.space.dofmap.index_map
-        total = self.comm.allreduce(values.reshape(-1, 2)[: index_map.size_local].sum(axis=0))
+        total = self.comm.allreduce(values.reshape(-1, self.components)[: index_map.size_local].sum(axis=0))
         return np.asarray(total / index_map.size_global)
 
     def _deforming(self, values: np.ndarray) -> np.ndarray:
         """A nodal vector less its mean. Collective."""
-        return (values.reshape(-1, 2) - self._mean(values)).ravel()
+        return (values.reshape(-1, self.components) - self._mean(values)).ravel()
 
     def _largest_node(self, values: np.ndarray) -> float:
         """Largest length of a nodal vector over all ranks."""
-        mine = float(np.sqrt(np.max(np.sum(values.reshape(-1, 2) ** 2, axis=1), initial=0.0)))
+        mine = float(np.sqrt(np.max(np.sum(values.reshape(-1, self.components) ** 2, axis=1), initial=0.0)))
         return self.comm.allreduce(mine, op=MPI.MAX)
 
     def solve(self, amplitude: float, rough: bool = False, leap: bool = False) -> Outcome:

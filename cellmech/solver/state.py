@@ -40,7 +40,8 @@ class Displacement:
 
     def __init__(self, space: fem.FunctionSpace) -> None:
         self.whole, self.part = fem.Function(space), fem.Function(space)
-        self.offset = fem.Constant(space.mesh, np.zeros(2))
+        self.components = space.dofmap.index_map_bs
+        self.offset = fem.Constant(space.mesh, np.zeros(self.components))
 
     @property
     def written(self) -> Any:
@@ -55,7 +56,7 @@ class Displacement:
         """Bring part and offset to the whole's present value, unless they agree with it. Collective.
 
         Args:
-            free: whether nothing holds the x and the y component anywhere, shape (2,).
+            free: whether nothing holds each component anywhere.
         """
         u, comm = self.whole.x.array, self.whole.function_space.mesh.comm
         if not comm.allreduce(bool(np.array_equal(u, self._joined())), op=MPI.LAND):
@@ -64,7 +65,7 @@ class Displacement:
 
     def recentre(self, free: np.ndarray) -> None:
         """Move the mean of the part, as far as it is free to move, into the offset. Collective."""
-        index_map, nodes = self.part.function_space.dofmap.index_map, self.part.x.array.reshape(-1, 2)
+        index_map, nodes = self.part.function_space.dofmap.index_map, self.part.x.array.reshape(-1, self.components)
         total = self.part.function_space.mesh.comm.allreduce(nodes[: index_map.size_local].sum(axis=0))
         mean = np.where(free, total / index_map.size_global, 0.0)
         self.offset.value = self.offset.value + mean
@@ -72,7 +73,7 @@ class Displacement:
         self.join()
 
     def _joined(self) -> np.ndarray:
-        return (self.part.x.array.reshape(-1, 2) + self.offset.value).ravel()
+        return (self.part.x.array.reshape(-1, self.components) + self.offset.value).ravel()
 
     def take(self, other: Displacement) -> None:
         """Become equal to another one."""
@@ -91,12 +92,13 @@ class State:
         self.now, self.before, self.earlier = (Displacement(V) for _ in range(3))
         self.u, self.u_n, self.u_nn = (d.whole for d in (self.now, self.before, self.earlier))
         self.v_n, self.v_nn = (fem.Function(V) for _ in range(2))
-        self.ddt = TimeDerivative(V.mesh)
+        self.ddt, self.kinematics = TimeDerivative(V.mesh), body.kinematics
         self.free = free_translations(body)
         self.pressure: ElementPressure | None = None
         if body.pressure_space is not None:
             u = self.now.written, self.now.part
-            self.pressure = ElementPressure(body.domain, body.mixtures, body.pressure_space, *u, body.bulk_degree)
+            made = body.domain, body.mixtures, body.pressure_space
+            self.pressure = ElementPressure(*made, *u, body.bulk_degree, body.kinematics)
 
     @property
     def p(self) -> fem.Function | None:
@@ -132,8 +134,8 @@ class State:
             self.pressure.update()
 
     def strain_rate(self) -> Any:
-        """dE/dt [1/s], shape (2, 2): BDF acts on the strain itself, so that rotations cause no stress."""
-        return self.ddt(green_lagrange(self.u), green_lagrange(self.u_n), green_lagrange(self.u_nn))
+        """dE/dt [1/s], shape (3, 3): BDF acts on the strain itself, so that rotations cause no stress."""
+        return self.ddt(*(green_lagrange(u, self.kinematics) for u in (self.u, self.u_n, self.u_nn)))
 
     def velocity(self) -> Any:
         """du/dt [µm/s]."""
@@ -182,8 +184,9 @@ class State:
 
 
 def free_translations(body: Body) -> np.ndarray:
-    """Whether no Dirichlet condition holds the x or the y component anywhere, shape (2,). Collective."""
-    held = np.zeros(2, dtype=bool)
+    """Whether no Dirichlet condition holds a component anywhere, for each. Collective."""
+    components = body.space.dofmap.index_map_bs
+    held = np.zeros(components, dtype=bool)
     for bc in body.bcs:
-        held[np.unique(bc.dof_indices()[0] % 2)] = True
+        held[np.unique(bc.dof_indices()[0] % components)] = True
     return np.asarray(body.domain.mesh.comm.allreduce(held.astype(int))) == 0  # MPI.LOR knows no arrays
