@@ -28,6 +28,11 @@ def nodal(space):
     return np.stack(manufactured(X[:, 0], X[:, 1], np.sin, np.cos), axis=1).ravel()
 
 
+def plane_gradient(u):
+    """F = I + grad u in the plane, shape (2, 2), written without the program's own."""
+    return ufl.Identity(2) + ufl.grad(u)
+
+
 def solid_piola(law, F, poisson=POISSON):
     """First Piola-Kirchhoff stress in the plane (eqs 17-20); the 3-D invariants of C3 = diag(C, 1)."""
     constants = moduli(law, YOUNG, poisson)

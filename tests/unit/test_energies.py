@@ -12,7 +12,7 @@ from problems import LAW_NAMES, affine, block, displacement_space, moduli, solid
 
 from cellmech.fem.coefficients import mixtures
 from cellmech.fem.jit import PointValues
-from cellmech.mechanics.kinematics import embed, green_lagrange
+from cellmech.mechanics.kinematics import PLANE_STRAIN, green_lagrange
 from cellmech.mechanics.laws import IN_PLANE, LAWS, energy_and_stress
 from cellmech.mechanics.moduli import lame
 
@@ -34,7 +34,7 @@ def law_at(law: str, i1_rest: float = 3.0):
     domain = block()
     u = fem.Function(displacement_space(domain, 1))
     (mixture,) = mixtures(domain, {"solid": solid(law, YOUNG, POISSON, i1_rest=i1_rest)})
-    W, S = mixture.solid(embed(green_lagrange(u)))
+    W, S = mixture.solid(green_lagrange(u, PLANE_STRAIN))
     compiled = PointValues(packed(W, S), np.array([[0.25, 0.25]]), domain.mesh.comm)
 
     def evaluate(H):

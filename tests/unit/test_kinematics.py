@@ -8,8 +8,8 @@ from dolfinx import fem
 from problems import affine, block, displacement_space, value_at
 
 from cellmech.mechanics import kinematics
-from cellmech.mechanics.invariants import Invariants, excess
-from cellmech.mechanics.kinematics import embed, green_lagrange, plane, reported_strains
+from cellmech.mechanics.invariants import Invariants, excess, reported_strains
+from cellmech.mechanics.kinematics import PLANE_STRAIN, green_lagrange
 
 SERIES_AND_PLAIN = [1e-12, 1e-5, 3e-3, 0.0099999, 0.0100001, 0.05, 0.3, 4.0]
 
@@ -70,25 +70,45 @@ def test_displacement_gradient_gives_f_and_e():
     u = fem.Function(displacement_space(domain, 1))
     H = np.array([[0.2, -0.5], [0.7, -0.1]])
     u.x.array[:] = affine(u.function_space, H)
-    F, E = kinematics.deformation_gradient(u), green_lagrange(u)
-    entries = ufl.as_vector([A[i, j] for A in (F, E) for i in range(2) for j in range(2)])
-    F_got, E_got = value_at(entries, domain).reshape(2, 2, 2)
-    np.testing.assert_allclose(F_got, np.eye(2) + H, rtol=0, atol=1e-15)
-    np.testing.assert_allclose(E_got, ((np.eye(2) + H).T @ (np.eye(2) + H) - np.eye(2)) / 2, rtol=0, atol=1e-15)
+    F, E = kinematics.deformation_gradient(u, PLANE_STRAIN), green_lagrange(u, PLANE_STRAIN)
+    entries = ufl.as_vector([A[i, j] for A in (F, E) for i in range(3) for j in range(3)])
+    F_got, E_got = value_at(entries, domain).reshape(2, 3, 3)
+    expected = np.eye(3)
+    expected[:2, :2] += H
+    np.testing.assert_allclose(F_got, expected, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(E_got, (expected.T @ expected - np.eye(3)) / 2, rtol=0, atol=1e-15)
 
 
-def test_plane_strain_embeds_the_plane_and_stretches_nothing_across_it():
-    a = ufl.as_matrix([[1.0, 2.0], [3.0, 4.0]])
-    whole = [[number(embed(a, 7.0)[i, j]) for j in range(3)] for i in range(3)]
-    assert whole == [[1, 2, 0], [3, 4, 0], [0, 0, 7]]
-    assert number(embed(a)[2, 2]) == 0.0  # E33 = 0, that is F33 = 1
-    assert [[number(plane(embed(a))[i, j]) for j in range(2)] for i in range(2)] == [[1, 2], [3, 4]]
+def test_plane_strain_stretches_nothing_across_the_plane():
+    domain = block()
+    u = fem.Function(displacement_space(domain, 1))
+    u.x.array[:] = affine(u.function_space, np.array([[0.2, -0.5], [0.7, -0.1]]))
+    E = green_lagrange(u, PLANE_STRAIN)
+    across = ufl.as_vector([E[2, 2], E[0, 2], E[1, 2], E[2, 0], E[2, 1]]) + 0.0 * ufl.as_vector([u[0]] * 5)
+    assert not value_at(across, domain).any()  # E33 = 0, that is F33 = 1
+    v = PLANE_STRAIN.vector(ufl.as_vector([3.0, 4.0]))
+    assert [number(v[k]) for k in range(3)] == [3.0, 4.0, 0.0]
+    assert [number(PLANE_STRAIN.stretched[k, k]) for k in range(3)] == [1.0, 1.0, 0.0]
+    assert number(ufl.tr(PLANE_STRAIN.stretched)) == PLANE_STRAIN.directions == PLANE_STRAIN.components
+    assert PLANE_STRAIN.weight(ufl.SpatialCoordinate(domain.mesh)) == 1
+
+
+def test_reported_strains_of_a_body_in_space_are_its_invariants_less_3_3_1():
+    F = np.array([[1.3, 0.4, 0.1], [-0.2, 0.8, 0.3], [0.05, -0.1, 1.1]])
+    C = F.T @ F
+    J1, J2, J3 = (number(q) for q in reported_strains(ufl.as_matrix(((C - np.eye(3)) / 2).tolist())))
+    assert pytest.approx(np.trace(C) - 3, rel=1e-13) == J1
+    assert pytest.approx(np.trace(C @ C) - 3, rel=1e-13) == J2
+    assert pytest.approx(np.linalg.det(C) - 1, rel=1e-13) == J3
 
 
 def test_reported_strains_are_the_plane_invariants_less_2_2_1():
+    assert PLANE_STRAIN.rest == (2.0, 2.0, 1.0)
     F = np.array([[1.3, 0.4], [-0.2, 0.8]])
     C = F.T @ F
-    E = ufl.as_matrix(((C - np.eye(2)) / 2).tolist())
+    E = np.zeros((3, 3))
+    E[:2, :2] = (C - np.eye(2)) / 2
+    E = ufl.as_matrix(E.tolist())
     J1, J2, J3 = (number(q) for q in reported_strains(E))
     assert pytest.approx(np.trace(C) - 2, rel=1e-13) == J1
     assert pytest.approx(np.trace(C @ C) - 2, rel=1e-13) == J2

@@ -53,8 +53,8 @@ def test_import_has_no_side_effects_and_brings_nothing_along():
 def test_every_name_of_the_package_is_there():
     assert set(cellmech.__all__) <= set(dir(cellmech))
     assert all(getattr(cellmech, name) is not None for name in cellmech.__all__)
-    with pytest.raises(AttributeError, match="no attribute 'solver'"):
-        _ = cellmech.solver
+    with pytest.raises(AttributeError, match="no attribute 'solver_of'"):
+        _ = cellmech.solver_of
 
 
 def test_folder_of_its_own_lives_as_long_as_the_result():

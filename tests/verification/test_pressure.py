@@ -5,19 +5,18 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import ufl
-from manufactured import POISSON, YOUNG, body_with, solid_piola, solved, symbolic
+from manufactured import POISSON, YOUNG, body_with, plane_gradient, solid_piola, solved, symbolic
 from problems import moduli, rows_ring, solid
 
 from cellmech.cell.observables import REPORTED
 from cellmech.cell.samples import PRESSURE, PressureGradient, Samples, lattice, state_quantities
 from cellmech.fem.jit import PointValues
-from cellmech.mechanics.kinematics import deformation_gradient
 from cellmech.solver.det_f import quadrature
 
 
 def exact_pressure(domain):
     """Minus a third of the trace of the neo-Hookean Cauchy stress, written from eq. 18, and its gradient in space."""
-    F = deformation_gradient(symbolic(domain.mesh))
+    F = plane_gradient(symbolic(domain.mesh))
     J = ufl.det(F)
     out_of_plane = moduli("neo-hookean", YOUNG, POISSON)["lmbda"] * ufl.ln(J) / J
     p = -(ufl.tr(solid_piola("neo-hookean", F) * F.T) / J + out_of_plane) / 3
@@ -27,7 +26,7 @@ def exact_pressure(domain):
 def relative_errors(n, order):
     """Of the pressure, its reported gradient and the derivative of the element's own stress: mean and worst."""
     domain = rows_ring(n)
-    P = solid_piola("neo-hookean", deformation_gradient(symbolic(domain.mesh)))
+    P = solid_piola("neo-hookean", plane_gradient(symbolic(domain.mesh)))
     body = body_with(domain, solid("neo-hookean", YOUNG, POISSON), P, order=order)
     state = solved(body)
     mesh, (inner, weights), (reported, _) = domain.mesh, quadrature(body.bulk_degree), lattice(REPORTED[order])
@@ -39,7 +38,7 @@ def relative_errors(n, order):
     gradient.update()
     exact = PointValues(exact_pressure(domain), reported, mesh.comm)(cells)
     own_p = state_quantities(state, body.mixtures[0])[PRESSURE]
-    own = ufl.inv(deformation_gradient(state.u)).T * ufl.grad(own_p)
+    own = ufl.inv(plane_gradient(state.u)).T * ufl.grad(own_p)
     found = {
         "pressure": samples.values[:, : samples.n_max, PRESSURE, None] - exact[..., :1],
         "gradient": gradient.values - exact[..., 1:],

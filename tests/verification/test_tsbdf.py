@@ -121,7 +121,7 @@ class RateState(State):
         return self.v
 
     def strain_rate(self):
-        return ufl.sym(deformation_gradient(self.u).T * ufl.grad(self.v))
+        return ufl.sym(deformation_gradient(self.u, self.kinematics).T * self.kinematics.gradient(self.v))
 
 
 class ImplicitForm:
