@@ -230,17 +230,15 @@ def _held(run: Run, radius_um: float) -> str:
     weight = abs(run.ledger.load_resultant()[1] * run.ledger.amplitude)
     push, moment = run.ledger.contact_force()[0], run.ledger.moment()
     if abs(push) > SLIDING * weight:
-        way, told = "slides", f"the obstacles push sideways with {push:.3g} Pa um"
+        fault = f"slides: no equilibrium; the obstacles push sideways with {push:.3g} Pa um"
     elif abs(moment) > SLIDING * weight * radius_um:
-        way, told = (
-            "turns",
-            f"the obstacles turn it with {moment:.3g} Pa um2, {abs(moment / weight):.2g} um times the load",
-        )
+        arm = abs(moment / weight)
+        fault = f"turns: no equilibrium; the obstacles turn it with {moment:.3g} Pa um2, {arm:.2g} um times the load"
     else:
         return ""
-    unseen = missed(run)
+    unseen, (way, told) = missed(run), fault.split(": no equilibrium; ")
     if unseen <= MISSED:
-        return f"{way}: no equilibrium; {told}"
+        return fault
     return (
         f"the mesh is too coarse to tell whether the cell {way}: {told}, and {100 * unseen:.2g} % of their force "
         "lie between the points at which it is integrated; set mesh.size_um lower"
