@@ -21,7 +21,7 @@ from cellmech.solver import bdf
 from cellmech.solver.newton import Solver
 from cellmech.solver.state import State
 
-LAW_NAMES = tuple(LAWS)
+LAW_NAMES = ("saint-venant", "neo-hookean", "mooney-rivlin", "yeoh")
 Where = Callable[[np.ndarray], np.ndarray]
 
 

@@ -25,7 +25,7 @@ from cellmech.fem.jit import displacement_space, pressure_space
 from cellmech.fem.outline import Outline
 from cellmech.mechanics.balance import Body
 from cellmech.mechanics.contact import Contact, smooth_step
-from cellmech.mechanics.laws import IN_PLANE, LAWS
+from cellmech.mechanics.laws import LAWS
 from cellmech.mechanics.materials import Material
 from cellmech.mechanics.obstacles import Flat, Obstacle, Pillar
 from cellmech.mesh.disc import DiscSpec
@@ -58,17 +58,15 @@ def _domain(spec: DiscSpec, comm: MPI.Comm) -> Domain:
 
 def material(scene: Scene, name: LayerName) -> Material:
     """A layer's material (eqs 6-13, 17-20)."""
-    layer, cell, law = scene.layer_of(name), scene.cell, scene.layer_law(name)
-    laws = IN_PLANE if cell.trace == "in-plane" else LAWS
+    layer, cell, law = scene.layer_of(name), scene.cell, LAWS[scene.layer_law(name)]
+    energy = law.in_plane if cell.trace == "in-plane" and law.in_plane is not None else law
     lmbda, mu = scene.lame(name)
     constants = {"lmbda": lmbda, "mu": mu}
-    if law in ("mooney-rivlin", "yeoh"):
-        constants["beta"] = cell.beta_over_mu * mu
-    if law == "yeoh":
-        constants["i1_rest"] = 0.0 if cell.yeoh_reference == "printed" else 3.0
+    for argument, constant in law.constants.items():
+        constants[argument] = scene.constant(name, constant) * (mu if constant.times_mu else 1.0)
     viscosities = (cell.fluid_lambda_Pa_s, cell.fluid_mu_Pa_s) if scene.time.history else (0.0, 0.0)
     mixed, power = name in mixed_layers(scene), cell.solid_exponent
-    return Material(laws[law], constants, layer.fluid_fraction, *viscosities, mixed=mixed, solid_exponent=power)
+    return Material(energy, constants, layer.fluid_fraction, *viscosities, mixed=mixed, solid_exponent=power)
 
 
 def mixed_layers(scene: Scene) -> frozenset[LayerName]:

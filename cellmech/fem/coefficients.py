@@ -11,7 +11,7 @@ from dolfinx import fem
 
 from cellmech.fem.domain import Domain
 from cellmech.fem.jit import cellwise_space
-from cellmech.mechanics.laws import VOLUMETRIC
+from cellmech.mechanics.laws import volume_of
 from cellmech.mechanics.materials import Material, Mixture
 
 
@@ -29,7 +29,7 @@ def mixtures(
         ValueError: a group without material, blended materials of different laws, or a mixed material whose law has no
             volumetric measure.
     """
-    if unfit := sorted({m.law.__name__ for m in materials.values() if m.mixed and m.law not in VOLUMETRIC}):
+    if unfit := sorted({m.law.__name__ for m in materials.values() if m.mixed and volume_of(m.law) is None}):
         raise ValueError(
             f"{unfit[0]} states no volumetric measure (cellmech.mechanics.laws.volumetric): it cannot be mixed"
         )

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from cellmech.surroundings import changed_environment
 
@@ -22,6 +23,7 @@ from matplotlib.figure import Figure
 
 from cellmech.errors import InputError
 from cellmech.figures.results import StudyResult
+from cellmech.mechanics import laws
 from cellmech.results.records import PARTIAL
 from cellmech.results.result import Result
 
@@ -61,12 +63,14 @@ class LawStyle:
     order: float
 
 
-LAWS = {  # the paper's colours
-    "saint-venant": LawStyle("Saint-Venant", "#d5312b", 1.5, "-", 2.6),
-    "neo-hookean": LawStyle("neo-Hookean", "#3a9d45", 6.0, "-", 2.1),
-    "mooney-rivlin": LawStyle("Mooney–Rivlin", "#f5921e", 3.2, (0, (3.0, 1.8)), 2.3),
-    "yeoh": LawStyle("Yeoh", "#2f6fc4", 2.2, (0, (7, 1.5, 1.5, 1.5)), 2.5),
+LINES: dict[str, tuple[float, Any, float]] = {  # width, dash, order
+    "saint-venant": (1.5, "-", 2.6),
+    "neo-hookean": (6.0, "-", 2.1),
+    "mooney-rivlin": (3.2, (0, (3.0, 1.8)), 2.3),
+    "yeoh": (2.2, (0, (7, 1.5, 1.5, 1.5)), 2.5),
 }
+OTHER_LINE = (1.8, (0, (4, 2)), 2.55)
+LAWS = {name: LawStyle(law.label, law.colour, *LINES.get(name, OTHER_LINE)) for name, law in laws.LAWS.items()}
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,8 @@ from cellmech.errors import InputError
 from cellmech.mechanics.fluid import fluid_stress
 from cellmech.mechanics.invariants import Invariants
 from cellmech.mechanics.kinematics import Kinematics, dilatation_rate
-from cellmech.mechanics.laws import VOLUMETRIC, Law, energy_and_stress, mixed_energy_and_stress
+from cellmech.mechanics.laws import Law
+from cellmech.mechanics.stress import energy_and_stress, measure_of, mixed_energy_and_stress
 
 
 @dataclass(frozen=True)
@@ -20,7 +21,7 @@ class Material:
     """A solid and a fluid that deform together, S = c_s S_s + c_f S_f (eqs 6, 7).
 
     Args:
-        law: a strain energy of `cellmech.mechanics.laws`, or any function of `(Invariants, **constants)`.
+        law: one of `cellmech.mechanics.laws.LAWS`, or any function of `(Invariants, **constants)`.
         constants: what the law needs, moduli in Pa; "mu", the shear modulus at rest, must be among them, since the
             material's stability is measured by it.
         fluid_fraction: c_f [-]; the solid's is 1 - c_f (eqs 10-13).
@@ -88,7 +89,7 @@ class Mixture:
 
     def volumetric(self, E):
         """The measure g of volume change that the law's lambda goes with [-] at the 3-D strain E."""
-        return VOLUMETRIC[self.law].of(Invariants(E))
+        return measure_of(self.law).of(Invariants(E))
 
     def strain(self, E, p, kinematics: Kinematics):
         """The strain to report [-] where the displacement has E: in the mixed form with the pressure's volume.
@@ -99,7 +100,7 @@ class Mixture:
         if not self.mixed:
             return E
         change = p / self.constants["lmbda"] - self.volumetric(E)
-        corrected = VOLUMETRIC[self.law].changed(E, change, kinematics)
+        corrected = measure_of(self.law).changed(E, change, kinematics)
         solid = ufl.gt(self.solid_fraction, 0)  # fluid alone has no such pressure
         entries = [[ufl.conditional(solid, corrected[i, j], E[i, j]) for j in range(3)] for i in range(3)]
         return ufl.as_matrix(entries)

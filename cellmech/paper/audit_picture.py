@@ -11,7 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from cellmech.figures.style import FAULT_COLOUR, LAWS, PAPER, QUANTITIES, SMALL, TINY, Quantity, provenance
+from cellmech.figures.style import FAULT_COLOUR, PAPER, QUANTITIES, SMALL, TINY, Quantity, provenance
+from cellmech.paper.printed import LAWS
 from cellmech.paper.audit import CLOSE, Audit, Tried
 from cellmech.paper.choices import QUESTIONS, SUBJECTS
 from cellmech.paper.printed import in_print

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from cellmech.figures.style import LAWS
+from cellmech.paper.printed import LAWS
 from cellmech.paper.audit import CLOSE
 from cellmech.paper.calibration import COLLAPSING, DIGITS, LIMIT, LOAD, MAXIMA, SMEAR, TO_STRAINS, TOGETHER, Fit
 from cellmech.paper.section import NONE, Row, Section, significant, tone_of

@@ -18,7 +18,8 @@ from mpi4py import MPI
 from scipy.optimize import least_squares
 
 from cellmech.errors import SolveError
-from cellmech.figures.style import LAWS, QUANTITIES
+from cellmech.figures.style import QUANTITIES
+from cellmech.paper.printed import LAWS
 from cellmech.paper.misfit import log_ratio, misfit, one_sided
 from cellmech.paper.printed import RESTS, Paper
 from cellmech.scene.studies import load_study

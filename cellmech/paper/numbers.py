@@ -7,7 +7,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from cellmech.figures.style import LAWS, QUANTITIES
+from cellmech.figures.style import QUANTITIES
+from cellmech.paper.printed import LAWS
 from cellmech.paper.ours import Ours, Slot
 from cellmech.paper.printed import NUCLEUS_PERCENT, RESTS, TABLES, Paper, PrintedRow, half_digit, in_print
 from cellmech.paper.section import NONE, Row, Section, signal, significant, tone_of

@@ -6,10 +6,11 @@ Units are the file's (µm, Pa, s, kg/m3), as the names say; nothing is converted
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
+from cellmech.mechanics.laws import Constant
 from cellmech.mechanics.moduli import lame
 from cellmech.scene.parts import (
     LAYER_NAMES,
@@ -77,6 +78,14 @@ class Inputs(Table):
     def layer_young_Pa(self, name: LayerName) -> float:
         """Young's modulus of that layer's solid, with the cell's factor [Pa]."""
         return self.layer_of(name).young_Pa * self.cell.young_factor
+
+    def constant(self, name: LayerName, constant: Constant) -> float:
+        """A constant of that layer's law, the cell's where it has none of its own."""
+        written = (self.cell.constants or {}) | (self.layer_of(name).constants or {})
+        if constant.key in written:
+            return written[constant.key]
+        older: Any = getattr(self.cell, constant.cell_key) if constant.cell_key else constant.default
+        return float(constant.words.get(older, older))
 
     def lame(self, name: LayerName) -> tuple[float, float]:
         """Lambda and mu of that layer's solid [Pa]."""

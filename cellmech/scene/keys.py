@@ -8,9 +8,11 @@ from inspect import isclass
 from typing import Any, get_args
 
 from cellmech.errors import InputError, cut
+from cellmech.mechanics.laws import LAWS
 from cellmech.scene.parts import Table
 from cellmech.scene.scene import Scene
 
+CONSTANTS: dict[str, Any] = {constant.key: {} for law in LAWS.values() for constant in law.constants.values()}
 STUDY_TABLES = ("sweep", "case", "accuracy")  # keys of a study file that are no part of a scene
 
 
@@ -19,7 +21,7 @@ def _tree(table: type[Table]) -> dict[str, Any]:
     tree = {}
     for name, field in table.model_fields.items():
         inner = _table_in(field.annotation)
-        tree[field.alias or name] = _tree(inner) if inner else {}
+        tree[field.alias or name] = _tree(inner) if inner else dict(CONSTANTS) if name == "constants" else {}
     return tree
 
 

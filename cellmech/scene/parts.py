@@ -6,13 +6,17 @@ keys together are in `scene_rules`.
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias, get_args
 
 from pydantic import BaseModel, ConfigDict, model_validator
 
-from cellmech.scene.value_types import Choice, Flag, Number, Whole
+from cellmech.mechanics.laws import LAWS
+from cellmech.scene.value_types import Choice, Constants, Flag, Number, Whole
 
-Law = Literal["saint-venant", "neo-hookean", "mooney-rivlin", "yeoh"]
+if TYPE_CHECKING:
+    Law: TypeAlias = str
+else:
+    Law = Literal[tuple(LAWS)]
 LayerName = Literal["membrane", "cytosol", "lamina", "nucleoplasm"]
 LAYER_NAMES: tuple[LayerName, ...] = get_args(LayerName)  # from the outside in
 
@@ -61,6 +65,8 @@ class Cell(Table):
     """Yeoh: count I1 from rest, so that there is no stress, or from 0 as eq. 20 prints."""
     lame_lambda: Annotated[Literal["standard", "printed"], Choice()] = "standard"
     """λ from Young's modulus in the usual way, or as eq. 17 prints it, 1 + ν times as large."""
+    constants: Annotated[dict[str, float], Constants()] | None = None
+    """Constants of the laws in every layer that has none of its own: see the laws."""
     trace: Annotated[Literal["3d", "in-plane"], Choice()] = "3d"
     """Mooney-Rivlin and Yeoh: tr C of eqs 19 and 20 is that of the body, or of its plane, which is stressed at rest."""
     young_factor: Annotated[float, Number("(no unit)", above=0, most=1e6)] = 1.0
@@ -94,6 +100,8 @@ class Layer(Table):
     """Strain energy of the solid; the cell's if left out."""
     poisson: Poisson | None = None
     """Poisson's ratio of the solid; the cell's if left out."""
+    constants: Annotated[dict[str, float], Constants()] | None = None
+    """Constants of its law; the cell's if left out."""
 
 
 class Membrane(Layer):

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import NamedTuple
 
+from cellmech.mechanics.laws import LAWS
 from cellmech.scene.inputs import Inputs
 from cellmech.scene.limits import below, told
 from cellmech.scene.parts import LAYER_NAMES
@@ -30,6 +31,7 @@ class Breach(NamedTuple):
 def breaches(scene: Inputs) -> Iterator[Breach]:
     """The rules the scene breaks, the ones that explain others first; nothing is computed before it is asked for."""
     yield from _radii(scene)
+    yield from _constants(scene)
     yield from _smearing(scene)
     yield from _load(scene)
     yield from _pillars(scene)
@@ -56,6 +58,21 @@ def _radii(scene: Inputs) -> Iterator[Breach]:
             rule = f"must leave layer.{outer} a thickness of {told(least)} µm or more"
             hint = f"Its outer radius is {r_outer!r} µm."
             yield Breach(f"layer.{inner}.outer_radius_um", rule, r_inner, hint)
+
+
+def _constants(scene: Inputs) -> Iterator[Breach]:
+    """Constants that no law has, or out of its bounds."""
+    places = {"cell": (scene.cell.constants, scene.laws())}
+    places |= {f"layer.{n}": (scene.layer_of(n).constants, (scene.layer_law(n),)) for n in LAYER_NAMES}
+    for place, (written, laws) in places.items():
+        known = {constant.key: constant for law in laws for constant in LAWS[law].constants.values()}
+        for key, value in (written or {}).items():
+            where = f"{place}.constants.{key}"
+            if (constant := known.get(key)) is None:
+                has = f"which has {', '.join(known)}" if known else "which has none"
+                yield Breach(where, f"must be a constant of the law {' or '.join(laws)}, {has}", value)
+            elif not constant.above < value <= constant.most:
+                yield Breach(where, f"must be > {constant.above:g} and <= {constant.most:g}", value)
 
 
 def _smearing(scene: Inputs) -> Iterator[Breach]:

@@ -83,6 +83,21 @@ def _number_hint(value: object) -> str:
 
 
 @dataclass(frozen=True)
+class Constants:
+    """A table of named numbers; which names there are, and their bounds, is the laws' to say (`rules`)."""
+
+    def check(self, value: object) -> dict[str, float]:
+        """`value` if it is such a table."""
+        if not isinstance(value, dict):
+            raise broken("must be a table of numbers")
+        return {str(key): Number().check(number) for key, number in value.items()}
+
+    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Hook of pydantic."""
+        return _schema(self.check)
+
+
+@dataclass(frozen=True)
 class Whole:
     """A whole number within inclusive bounds."""
 
