@@ -16,9 +16,10 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, get_args, get_origin
 
+from cellmech.mechanics.laws import LAWS
 from cellmech.scene.parts import Table
 from cellmech.scene.scene import LAYER_NAMES, Layers, Scene
-from cellmech.scene.value_types import Choice, Flag, Line, Number, Whole
+from cellmech.scene.value_types import Choice, Constants, Flag, Line, Number, Whole
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "scene.md"
 BEGIN, END = "<!-- keys: from the schema -->", "<!-- keys: end -->"
@@ -43,7 +44,21 @@ def reference() -> str:
         else:
             heading = "`[[pillar]]`" if name == "pillar" else f"`[{name}]`"
             parts.append(section(heading, [rows([table], key) for key in table.model_fields]))
-    return "\n".join(parts)
+    return "\n".join([*parts, laws()])
+
+
+def laws() -> str:
+    """The laws and the constants that each has besides its moduli."""
+    lines = ["| law | constant | default | allowed | meaning |", "|---|---|---|---|---|"]
+    for name, law in LAWS.items():
+        if not law.constants:
+            lines.append(f"| `{name}` | {NONE} | | | |")
+        for constant in law.constants.values():
+            allowed = constant.allowed.replace(">=", "≥").replace("<=", "≤")
+            default = f"`cell.{constant.cell_key}`" if constant.cell_key else f"`{constant.default:g}`"
+            lines.append(f"| `{name}` | `{constant.key}` | {default} | {allowed} | {constant.meaning} |")
+    text = "Set in `[cell.constants]` for all layers, or in `[layer.<name>.constants]` for one.\n"
+    return "\n".join(["## Constants of the laws\n", text, *lines, ""])
 
 
 def section(heading: str, cells: Sequence[Sequence[str]], note: str = "") -> str:
@@ -81,6 +96,8 @@ def rule(field: Any) -> tuple[str, str, str]:
         return "text", NONE, ", ".join(f'`"{word}"`' for word in words_of(field.annotation))
     if isinstance(check, Line):
         return "text", NONE, f"one line, at most {check.most} characters"
+    if isinstance(check, Constants):
+        return "table", NONE, "constants of the law (below)"
     if get_origin(field.annotation) is tuple:
         return "tables", NONE, "any number"
     return "table", NONE, "a table, or `false`"
@@ -88,7 +105,7 @@ def rule(field: Any) -> tuple[str, str, str]:
 
 def checks(metadata: Sequence[Any], annotation: Any) -> Iterator[Any]:
     """The checks of a key, which stand beside its type or beside a member of it."""
-    yield from (one for one in metadata if isinstance(one, Number | Whole | Flag | Choice | Line))
+    yield from (one for one in metadata if isinstance(one, Number | Whole | Flag | Choice | Line | Constants))
     for member in get_args(annotation):
         yield from checks(getattr(member, "__metadata__", ()), member)
 

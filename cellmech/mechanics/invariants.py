@@ -77,6 +77,10 @@ class Invariants:
         """I2 - 3 I3^(2/3) [-], of second order in E."""
         return 2 * excess(self.I3_gap, 2 / 3) - 4 * self.second - 16 * self.third
 
+    def excess(self, t):
+        """t - ln(1 + t) [-], of second order in t."""
+        return excess(t, 0.0)
+
 
 def excess(t, a: float):
     """t - ((1 + t)^a - 1)/a [-], with the limit t - ln(1 + t) at a = 0, to full precision at small t.

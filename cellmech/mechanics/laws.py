@@ -10,6 +10,7 @@ Nothing is imported here that computes: scene files are read by it, too.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
@@ -33,7 +34,7 @@ class Constant:
         key: in scene files, below `constants` of the cell or of a layer.
         default: where nothing is written.
         meaning: for people.
-        above, most: exclusive lower and inclusive upper bound.
+        above, least, most: bounds, the first exclusive.
         times_mu: whether the law's argument is the number times mu [Pa].
         cell_key: of the cell's table, which has the default where the constant has an older key of its own.
         words: what stands for numbers there.
@@ -42,11 +43,18 @@ class Constant:
     key: str
     default: float
     meaning: str
-    above: float = 0.0
+    above: float = -math.inf
+    least: float = -math.inf
     most: float = 1e6
     times_mu: bool = False
     cell_key: str = ""
     words: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def allowed(self) -> str:
+        """The bounds in words."""
+        lower = f"> {self.above:g}" if math.isfinite(self.above) else f">= {self.least:g}"
+        return f"{lower} and <= {self.most:g}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,9 +119,10 @@ def volume_of(law: Law) -> Volume | None:
     return getattr(law, "volume", None)
 
 
-BETA = Constant("beta_over_mu", 2.5, "β/µ; beta_MR = mu/0.4 below eq. 19", -1.0, 1e3, True, "beta_over_mu")
+BETA = Constant("beta_over_mu", 2.5, "β/µ (eq. 19)", least=0.0, most=1e3, times_mu=True, cell_key="beta_over_mu")
+WORDS = {"stress-free": 3.0, "printed": 0.0}
 I1_REST = Constant(
-    "i1_rest", 3.0, "I₁ from which it counts", -1.0, 3.0, False, "yeoh_reference", {"stress-free": 3.0, "printed": 0.0}
+    "i1_rest", 3.0, "I₁ from which eq. 20 counts", least=0.0, most=3.0, cell_key="yeoh_reference", words=WORDS
 )
 
 
@@ -173,3 +182,18 @@ def yeoh(C, *, lmbda, mu, beta, i1_rest):
     printed, whose stress at rest is -1.2 alpha I.
     """
     return _yeoh(mooney_rivlin(C, lmbda=lmbda, mu=mu, beta=beta), C.I1_gap + (3 - i1_rest), mu, beta)
+
+
+I1_LIMIT = Constant("i1_limit", 1.0, "I₁ − 3 at which it is infinitely stiff, J_m", above=0.0)
+
+
+@solid_law("gent", "Gent", "#7d4fa3", Volume.LN_J, i1_limit=I1_LIMIT)
+def gent(C, *, lmbda, mu, i1_limit):
+    """-mu J_m/2 ln(1 - (I1 - 3 - 2 ln J)/J_m) + lambda/2 (ln J)^2 [Pa], J_m = i1_limit.
+
+    Gent's law where the volume is kept. With I1 - 3 alone lambda would be shifted by 2 mu/J_m, and the shift taken off
+    again makes the law lose ellipticity under slight compression for J_m < 2 mu/lambda; 2 ln J leaves both as given.
+    Source: Gent, Rubber Chem. Technol. 69 (1996) 59-61.
+    """
+    t = C.I1_less_ln_I3
+    return mu / 2 * (t + i1_limit * C.excess(-t / i1_limit)) + lmbda / 2 * C.ln_J**2

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from cellmech.paper.printed import LAWS
 from cellmech.paper.audit import CLOSE
 from cellmech.paper.calibration import COLLAPSING, DIGITS, LIMIT, LOAD, MAXIMA, SMEAR, TO_STRAINS, TOGETHER, Fit
+from cellmech.paper.printed import LAWS
 from cellmech.paper.section import NONE, Row, Section, significant, tone_of
 from cellmech.paper.study_files import study_text
 from cellmech.results.records import to_csv

@@ -19,9 +19,8 @@ from scipy.optimize import least_squares
 
 from cellmech.errors import SolveError
 from cellmech.figures.style import QUANTITIES
-from cellmech.paper.printed import LAWS
 from cellmech.paper.misfit import log_ratio, misfit, one_sided
-from cellmech.paper.printed import RESTS, Paper
+from cellmech.paper.printed import LAWS, RESTS, Paper
 from cellmech.scene.studies import load_study
 
 EVALUATIONS = 8  # of the residuals at most, per fit; their differences come on top

@@ -9,8 +9,7 @@ from pathlib import Path
 
 from cellmech.errors import InputError
 from cellmech.figures.results import StudyResult
-from cellmech.paper.printed import LAWS
-from cellmech.paper.printed import PLACES, PrintedRow, at
+from cellmech.paper.printed import LAWS, PLACES, PrintedRow, at
 from cellmech.results.result import Result, load
 from cellmech.scene.scene import Scene
 from cellmech.scene.studies import load_study

@@ -71,8 +71,8 @@ def _constants(scene: Inputs) -> Iterator[Breach]:
             if (constant := known.get(key)) is None:
                 has = f"which has {', '.join(known)}" if known else "which has none"
                 yield Breach(where, f"must be a constant of the law {' or '.join(laws)}, {has}", value)
-            elif not constant.above < value <= constant.most:
-                yield Breach(where, f"must be > {constant.above:g} and <= {constant.most:g}", value)
+            elif not (constant.above < value and constant.least <= value <= constant.most):
+                yield Breach(where, f"must be {constant.allowed}", value)
 
 
 def _smearing(scene: Inputs) -> Iterator[Breach]:

@@ -14,8 +14,8 @@ from cellmech.fem.coefficients import mixtures
 from cellmech.fem.jit import PointValues
 from cellmech.mechanics.kinematics import PLANE_STRAIN, green_lagrange
 from cellmech.mechanics.laws import LAWS
-from cellmech.mechanics.stress import energy_and_stress
 from cellmech.mechanics.moduli import lame
+from cellmech.mechanics.stress import energy_and_stress
 
 YOUNG, POISSON = 10.0, 0.3
 LMBDA, MU = lame(YOUNG, POISSON)
@@ -250,6 +250,32 @@ def test_lame_constants_give_back_uniaxial_young_and_poisson():
     stiffness = lmbda * np.ones((3, 3)) + 2 * mu * np.eye(3)
     strain = np.linalg.solve(stiffness, [1.0, 0.0, 0.0])
     np.testing.assert_allclose(strain, [1 / 7.0, -0.2 / 7.0, -0.2 / 7.0], rtol=1e-12)
+
+
+@pytest.mark.parametrize("limit", [0.05, 0.5, 1e6])
+def test_gent_stiffens_towards_its_limit_and_has_the_moduli_it_is_given(limit):
+    """W and S by hand: f'(t) = 1/(1 - t/J_m), t = I1 - 3 - 2 ln J; at a strain of 1e-7 they are Hooke's."""
+    domain = block()
+    E = fem.Constant(domain.mesh, np.zeros((3, 3)))
+    constants = {"lmbda": LMBDA, "mu": MU, "i1_limit": limit}
+    parts = {key: fem.Constant(domain.mesh, value) for key, value in constants.items()}
+    both = packed(*energy_and_stress(LAWS["gent"], E, **parts))
+    compiled = PointValues(both, np.array([[0.25, 0.25]]), domain.mesh.comm)
+    for stretch in (1e-7, 0.1, 1.0):
+        H = stretch * np.array([[0.05, 0.12, 0.0], [0.02, -0.08, 0.01], [0.0, 0.03, 0.04]])
+        C = (np.eye(3) + H).T @ (np.eye(3) + H)
+        E.value = (H + H.T + H.T @ H) / 2
+        W, S = unpacked(compiled(FIRST_CELL)[0, 0])
+        C_inv, ln_J = np.linalg.inv(C), np.log(np.linalg.det(np.eye(3) + H))
+        t = np.trace(C) - 3 - 2 * ln_J
+        expected = MU / (1 - t / limit) * (np.eye(3) - C_inv) + LMBDA * ln_J * C_inv
+        if stretch > 1e-3:
+            assert pytest.approx(-MU * limit / 2 * np.log1p(-t / limit) + LMBDA * ln_J**2 / 2, rel=1e-8) == W
+            np.testing.assert_allclose(S, expected, rtol=1e-9, atol=1e-11 * MU)
+        else:
+            small = (H + H.T) / 2
+            hooke = LMBDA * np.trace(small) * np.eye(3) + 2 * MU * small
+            np.testing.assert_allclose(S, hooke, atol=1e-6 * MU * stretch)
 
 
 @pytest.mark.parametrize(("law", "i1_rest"), [("mooney-rivlin", None), ("yeoh", 3.0), ("yeoh", 0.0)])

@@ -16,8 +16,8 @@ from cellmech.mechanics.balance import Body
 from cellmech.mechanics.invariants import Invariants
 from cellmech.mechanics.kinematics import PLANE_STRAIN, green_lagrange
 from cellmech.mechanics.laws import LAWS
-from cellmech.mechanics.stress import energy_and_stress, measure_of, mixed_energy_and_stress
 from cellmech.mechanics.materials import Material
+from cellmech.mechanics.stress import energy_and_stress, measure_of, mixed_energy_and_stress
 from cellmech.solver.newton import Solver
 from cellmech.solver.state import State
 

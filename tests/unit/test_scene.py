@@ -339,6 +339,13 @@ def test_disc_inside_thinner_than_a_ten_thousandth_of_the_radius_is_refused():
     ("text", "key", "rule", "got"),
     [
         ("cell.smear_um = 0.8", "cell.smear_um", 'belongs to cell.layers = "smeared" only', "got 0.8"),
+        ("cell.constants = {i1_limit = 0.1}", "cell.constants.i1_limit", "the law neo-hookean, which has none", "0.1"),
+        (
+            'cell = {law = "gent"}\nlayer.lamina.constants = {i1_limit = 0}',
+            "layer.lamina.constants.i1_limit",
+            "must be > 0 and <= 1e+06",
+            "got 0",
+        ),
         ('cell.fade = "inside"', "cell.fade", 'belongs to cell.layers = "smeared" only', "got 'inside'"),
         ('cell.layers = "smeared"', "cell.smear_um", "must be set, > 0 µm", "when cell.layers is smeared"),
         ('cell = {layers = "smeared", smear_um = 0}', "cell.smear_um", "> 0 and <= 100000 µm", "got 0"),
@@ -610,7 +617,7 @@ def test_toml_of_a_scene_names_every_key_with_a_value():
         "output",
         "stability",
     }
-    assert set(data["cell"]) == set(Cell.model_fields) - {"smear_um"}
+    assert set(data["cell"]) == set(Cell.model_fields) - {"smear_um", "constants"}
     assert set(data["pillar"][0]) == set(Pillar.model_fields)
 
 

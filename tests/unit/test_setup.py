@@ -226,6 +226,23 @@ def test_fades_begin_and_end_where_they_should(fade, lamina, membrane):
         assert np.all((values[within, column] > 0.0) & (values[within, column] < 1.0)) and within.any()
 
 
+def test_constants_of_a_law_are_the_layers_own_then_the_cells_then_the_laws():
+    cell = {"law": "gent", "constants": {"i1_limit": 0.3}}
+    layer = {
+        "lamina": {"constants": {"i1_limit": 0.05}},
+        "cytosol": {"law": "yeoh", "constants": {"beta_over_mu": 0.1}},
+    }
+    scene = scene_of(cell=cell, layer=layer)
+    limits = {name: material(scene, name).constants.get("i1_limit") for name in LAYER_NAMES}
+    assert limits == {"membrane": 0.3, "cytosol": None, "lamina": 0.05, "nucleoplasm": 0.3}
+    own = material(scene, "cytosol").constants
+    assert own["beta"] == pytest.approx(0.1 * scene.lame("cytosol")[1], rel=1e-15) and own["i1_rest"] == 3.0
+    assert material(scene_of(cell={"law": "gent"}), "lamina").constants["i1_limit"] == 1.0
+    printed = scene_of(cell={"law": "yeoh", "yeoh_reference": "printed", "beta_over_mu": 0.7})
+    constants = material(printed, "lamina").constants
+    assert constants["i1_rest"] == 0.0 and constants["beta"] == 0.7 * printed.lame("lamina")[1]
+
+
 def test_smeared_layers_may_be_meshed_without_rings():
     cell = {"layers": "smeared", "smear_um": 0.4}
     assert [n for n, _ in setup_of(scene_of(cell=cell, mesh={"fade_rings": 0})).interfaces] == ["nucleus", "cytoplasm"]
