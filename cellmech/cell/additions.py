@@ -51,6 +51,7 @@ class Additions:
         for label, obstacle in self.obstacles.items():
             if lacking := [m for m in ("length_um", "level_set", "gradient") if not hasattr(obstacle, m)]:
                 raise InputError(WHERE, f"obstacles.{label}", f"must have {', '.join(lacking)}", obstacle)
+            _try(label, obstacle)
         for name, number in self.observables.items():
             if not name.isidentifier() or name.endswith("_at_um"):
                 rule = "must be named by letters, digits and underscores, not ending with _at_um"
@@ -72,7 +73,7 @@ class Additions:
                 raise InputError(WHERE, f"obstacles.{label}", "the scene has an obstacle of this name")
             if half_cell_radius_um is not None:
                 x, y = np.meshgrid(*[half_cell_radius_um * np.linspace(0.05, 2.0, 20)] * 2)
-                if not np.allclose(obstacle.level_set(x, y), obstacle.level_set(-x, y)):
+                if not np.allclose(obstacle.level_set((x, y)), obstacle.level_set((-x, y))):
                     rule = 'must be symmetric about x = 0, or cell.shape = "full"'
                     raise InputError(WHERE, f"obstacles.{label}", rule)
         return {**built_in, **self.obstacles}
@@ -95,6 +96,17 @@ class Additions:
             if faults := [text for text in observer.comm.allgather(fault) if text]:
                 raise SolveError(f"the observable {name} is no finite number ({faults[0]})")
         return {"own": own} if own else {}
+
+
+def _try(label: str, obstacle: Obstacle) -> None:
+    """Raise InputError for an obstacle whose functions do not take a point."""
+    try:
+        found = float(obstacle.level_set((0.3, 0.7))), len(obstacle.gradient((0.3, 0.7)))
+    except TypeError as error:
+        rule = f"its level_set and gradient must take a point, (x, y) as one vector ({error})"
+        raise InputError(WHERE, f"obstacles.{label}", rule, obstacle) from None
+    if found[1] != 2:
+        raise InputError(WHERE, f"obstacles.{label}", "its gradient must have two components", found[1])
 
 
 def _plain_names(part: str, given: Mapping[str, Any]) -> dict[str, Any]:

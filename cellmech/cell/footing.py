@@ -14,9 +14,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
+from cellmech.mechanics.obstacles import Pillar
 from cellmech.mesh.disc import DiscSpec, Footprint
 from cellmech.mesh.disc_script import resolves
-from cellmech.scene.placement import Arch, standing, touch_of
+from cellmech.scene.placement import standing, touch_of
 from cellmech.scene.rules import FINEST_CONTACT
 from cellmech.scene.scene import Scene
 
@@ -40,8 +41,8 @@ class Profile(NamedTuple):
         stretch: length along the surfaces over that along x, 1 at the cell's bottom [-].
     """
 
-    cell: Arch
-    obstacle: Arch | None
+    cell: Pillar
+    obstacle: Pillar | None
     x: float
     side: int
     stretch: float
@@ -111,15 +112,15 @@ def feet(scene: Scene, load: float, pressure: Callable[[float], float]) -> tuple
     """
     radius, x0 = scene.radius_um, scene.cell.centre_x_um
     half = scene.cell.shape == "half"
-    cell = Arch(x0, 0.0, radius, radius, 2.0)
-    arches: list[Arch | None] = [stand.arch for stand in standing(half, scene.pillar)]
+    cell = Pillar(x0, 0.0, radius, radius, 2.0)
+    arches: list[Pillar | None] = [stand.arch for stand in standing(half, scene.pillar)]
     if scene.flat is not None:
         arches.append(None)
     touches = []
     for arch in arches:
         met = (x0, radius) if arch is None else touch_of(cell, arch)
         if met is not None and not (half and met[0] < 0.0):
-            level = met[1] + (arch.y if arch else scene.flat.y_um if scene.flat else 0.0)
+            level = met[1] + (arch.y_um if arch else scene.flat.y_um if scene.flat else 0.0)
             touches.append((level, met[0], arch))
     if load <= 0.0 or not touches:
         return ()

@@ -226,7 +226,7 @@ class Observer:
             "half_outline": 4 * np.pi * half_area / (half_length + straight) ** 2,
             "half_area_full_perimeter": 4 * np.pi * half_area / (2 * half_length) ** 2,
         }
-        tops = [top_of(pillar, bottom[0]) for pillar in self.layout.pillars]
+        tops = [pillar.top(float(bottom[0])) for pillar in self.layout.pillars]
         below = [y for y in tops if y is not None]
         return index, float(bottom[1] - max(below)) if below else None
 
@@ -267,12 +267,6 @@ class Observer:
             energies["kinetic"] = ledger.kinetic() * copies
         work = ledger.load_work * copies
         return {"gravity_work": work, **energies, "balance_error": work - sum(energies.values())}
-
-
-def top_of(pillar: Pillar, x: float) -> float | None:
-    """Height of a pillar's surface at x [µm]; None beside it."""
-    rest = 1 - abs((x - pillar.x_um) / pillar.half_width_um) ** pillar.exponent
-    return float(pillar.y_um + pillar.height_um * rest ** (1 / pillar.exponent)) if rest > 0 else None
 
 
 def point_fields(observer: Observer) -> dict[str, np.ndarray]:

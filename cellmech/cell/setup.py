@@ -102,8 +102,7 @@ def obstacles_of(scene: Scene) -> dict[str, Obstacle]:
     """The scene's obstacles by label; a half cell's pillars are mirrored at x = 0."""
     found: dict[str, Obstacle] = {}
     for stand in standing(scene.cell.shape == "half", scene.pillar):
-        a, label = stand.arch, f"pillar {stand.pillar}" + (" mirrored" if stand.mirrored else "")
-        found[label] = Pillar(a.x, a.y, a.half_width, a.height, a.exponent)
+        found[f"pillar {stand.pillar}" + (" mirrored" if stand.mirrored else "")] = stand.arch
     if scene.flat is not None:
         found["flat"] = Flat(scene.flat.y_um)
     return found

@@ -10,7 +10,7 @@ from dolfinx import fem
 from mpi4py import MPI
 
 from cellmech.fem.domain import Domain
-from cellmech.mechanics.obstacles import Obstacle
+from cellmech.mechanics.obstacles import Obstacle, depth_and_normal
 
 GAUSS_POINTS = 8
 SAMPLES = 9  # of an edge, its ends among them
@@ -21,15 +21,14 @@ ROUNDS, HALVINGS = 8, 4  # of an eighth of an edge, bisected so often in one rou
 
 
 def depth(obstacle: Obstacle, x: np.ndarray) -> np.ndarray:
-    """Depth l/|grad l| [µm] of points inside an obstacle, as `contact.depth_and_normal` has it.
+    """Depth [µm] of points inside an obstacle (`obstacles.depth_and_normal`).
 
     Args:
         obstacle: the obstacle.
         x: points [µm], shape (..., 2).
     """
-    gx, gy = obstacle.gradient(x[..., 0], x[..., 1])
-    norm = np.sqrt(np.maximum(gx * gx + gy * gy, obstacle.length_um ** (-2)))
-    return obstacle.level_set(x[..., 0], x[..., 1]) / norm
+    found, _ = depth_and_normal(obstacle, np.moveaxis(x, -1, 0), np.sqrt, np.maximum)
+    return np.asarray(found)
 
 
 def deepest(obstacles: Iterable[Obstacle], x: np.ndarray) -> np.ndarray:

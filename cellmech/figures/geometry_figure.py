@@ -65,7 +65,9 @@ def _view(scene: Scene, centre: tuple[float, float]) -> tuple[float, float, floa
     """x and y limits [µm]: the cell, and the substrate beside and below it."""
     r = scene.radius_um
     bottoms = [scene.flat.y_um] if scene.flat is not None else [p.y_um for p in scene.pillar] or [centre[1] - r]
-    sides = [abs(s.arch.x - centre[0]) + s.arch.half_width for s in standing(scene.cell.shape == "half", scene.pillar)]
+    sides = [
+        abs(s.arch.x_um - centre[0]) + s.arch.half_width_um for s in standing(scene.cell.shape == "half", scene.pillar)
+    ]
     half = min(max([1.35 * r, *(side + 0.35 * r for side in sides)]), 4 * r)
     low = max(min(bottoms), centre[1] - 6 * r) - 0.25 * r
     return centre[0] - half, centre[0] + half, low, centre[1] + 1.12 * r

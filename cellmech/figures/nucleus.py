@@ -36,7 +36,7 @@ def start_um(case: Result) -> float:
     """The lamina's distance from the pillar below it before the load acts [µm]; NaN without one."""
     scene, place = case.scene, placement(case.scene)
     arches = [stand.arch for stand in standing(scene.cell.shape == "half", scene.pillar)]
-    tops = [a.y + a.rise(place.centre_x_um) for a in arches if abs(place.centre_x_um - a.x) < a.half_width]
+    tops = [top for arch in arches if (top := arch.top(place.centre_x_um)) is not None]
     return place.centre_y_um - scene.nucleus_radius_um - max(tops) if tops else math.nan
 
 

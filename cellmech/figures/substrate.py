@@ -4,29 +4,24 @@ from __future__ import annotations
 
 import numpy as np
 
-from cellmech.scene.placement import Arch, standing
+from cellmech.mechanics.obstacles import Pillar
+from cellmech.scene.placement import standing
 from cellmech.scene.scene import Scene
 
 POINTS = 721
 
 
-def outline_of(arch: Arch) -> np.ndarray:
-    """The closed outline of a pillar's superellipse [µm], shape (n, 2)."""
-    angle = np.linspace(0.0, 2.0 * np.pi, POINTS)
-    power = 2.0 / arch.exponent  # spaces the points evenly enough at round corners and sharp ones
-    c, s = np.cos(angle), np.sin(angle)
-    x = arch.x + arch.half_width * np.sign(c) * np.abs(c) ** power
-    y = arch.y + arch.height * np.sign(s) * np.abs(s) ** power
-    return np.column_stack([x, y])
+def outline_of(pillar: Pillar) -> np.ndarray:
+    """The closed outline of a pillar [µm], shape (n, 2)."""
+    return np.array(pillar.outline(POINTS))
 
 
 def surface_at(scene: Scene, x: np.ndarray) -> np.ndarray:
     """Height of the substrate's upper surface at x [µm]; -inf where there is none."""
     heights = np.full(len(x), -np.inf if scene.flat is None else scene.flat.y_um)
     for one in standing(scene.cell.shape == "half", scene.pillar):
-        xi = np.abs(x - one.arch.x) / one.arch.half_width
-        top = one.arch.y + one.arch.height * np.maximum(1.0 - xi**one.arch.exponent, 0.0) ** (1.0 / one.arch.exponent)
-        heights = np.where(xi < 1.0, np.maximum(heights, top), heights)
+        tops = [one.arch.top(at) for at in x.tolist()]
+        heights = np.maximum(heights, [-np.inf if top is None else top for top in tops])
     return heights
 
 
@@ -35,7 +30,7 @@ def polygons(scene: Scene, view: tuple[float, float, float, float]) -> list[np.n
     found = []
     for one in standing(scene.cell.shape == "half", scene.pillar):
         rim = outline_of(one.arch)
-        middle = np.broadcast_to([one.arch.x, one.arch.y], rim[1:].shape)
+        middle = np.broadcast_to([one.arch.x_um, one.arch.y_um], rim[1:].shape)
         found.append(np.stack([middle, rim[:-1], rim[1:]], axis=1))
     if scene.flat is not None:
         x = np.array(view[:2])

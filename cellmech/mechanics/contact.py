@@ -11,6 +11,12 @@ from cellmech.mechanics.kinematics import Kinematics, deformation_gradient
 from cellmech.mechanics.obstacles import Obstacle, depth_and_normal
 
 
+def symbolic_depth_and_normal(obstacle: Obstacle, x):
+    """Depth [µm] and outward normal [-], shape of x, at a symbolic point (`obstacles.depth_and_normal`)."""
+    d, n = depth_and_normal(obstacle, x, ufl.sqrt, lambda a, least: ufl.conditional(ufl.lt(a, least), least, a))
+    return d, ufl.as_vector(n)
+
+
 def pressure(d, kappa, s):
     """Penalty pressure p(d) [Pa]: 0 before touch, kappa d^2/(2 s) for 0 < d <= s, kappa (d - s/2) beyond.
 
@@ -59,7 +65,7 @@ class Contact:
     def surface_traction(self, u, N, X, obstacle: Obstacle, kinematics: Kinematics):
         """p(d) |cof(F) N| n [Pa], traction per reference area (Nanson); shape of u."""
         F = deformation_gradient(u, kinematics)
-        d, n = depth_and_normal(obstacle, X + u)
+        d, n = symbolic_depth_and_normal(obstacle, X + u)
         cof_N = ufl.cofac(F) * kinematics.vector(N)
         return pressure(d, self.kappa, self.width) * ufl.sqrt(ufl.dot(cof_N, cof_N)) * n
 
@@ -69,7 +75,7 @@ class Contact:
         kappa H_w(d) J n for "volume", kappa H_w(d) cof(F) n for "volume-printed" (eq. 27).
         """
         F = deformation_gradient(u, kinematics)
-        d, n = depth_and_normal(obstacle, X + u)
+        d, n = symbolic_depth_and_normal(obstacle, X + u)
         leaning = ufl.cofac(F) * kinematics.vector(n)
         direction = ufl.det(F) * n if self.form == "volume" else ufl.as_vector([leaning[k] for k in range(len(n))])
         return self.kappa * smooth_step(d, self.width) * direction

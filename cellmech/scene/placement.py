@@ -10,10 +10,11 @@ its slope finds to the last digit: the sum at that x is the vertical distance of
 
 from __future__ import annotations
 
-import math
+from dataclasses import replace
 from functools import lru_cache
 from typing import Literal, NamedTuple
 
+from cellmech.mechanics import obstacles
 from cellmech.scene.inputs import Inputs
 from cellmech.scene.limits import below
 from cellmech.scene.parts import Flat, Pillar
@@ -56,47 +57,19 @@ class Overlap(NamedTuple):
     depth_um: float
 
 
-class Arch(NamedTuple):
-    """Upper half of a superellipse about (x, y) [µm]."""
-
-    x: float
-    y: float
-    half_width: float
-    height: float
-    exponent: float
-
-    def rise(self, x: float) -> float:
-        """Height above y at x [µm], 0 at and beyond the ends."""
-        xi = abs(x - self.x) / self.half_width
-        if xi >= 1.0:
-            return 0.0
-        return self.height * math.pow(self._rest(xi), 1.0 / self.exponent)
-
-    def slope(self, x: float) -> float:
-        """Derivative of `rise`, infinite at and beyond the ends [-]."""
-        xi = abs(x - self.x) / self.half_width
-        if xi >= 1.0:
-            return -math.copysign(math.inf, x - self.x)
-        rest = self._rest(xi) ** (1.0 / self.exponent - 1.0)
-        return -math.copysign(self.height / self.half_width * xi ** (self.exponent - 1.0) * rest, x - self.x)
-
-    def _rest(self, xi: float) -> float:
-        # 1 - xi^p without the cancellation near the end, where a sharp pillar is steepest
-        return -math.expm1(self.exponent * math.log(xi)) if xi > 0.0 else 1.0
-
-
 class Standing(NamedTuple):
     """A pillar of the scene, by its index, or that pillar's mirror image."""
 
     pillar: int
     mirrored: bool
-    arch: Arch
+    arch: obstacles.Pillar
 
 
-def touch_of(a: Arch, b: Arch) -> tuple[float, float] | None:
+def touch_of(a: obstacles.Pillar, b: obstacles.Pillar) -> tuple[float, float] | None:
     """The x [µm] where two shapes meet vertically and the distance of their centres then [µm]; None if they cannot."""
-    low, high = max(a.x - a.half_width, b.x - b.half_width), min(a.x + a.half_width, b.x + b.half_width)
-    if not below(low, high, a.x, b.x):  # side by side, as exactly as numbers can say
+    low = max(a.x_um - a.half_width_um, b.x_um - b.half_width_um)
+    high = min(a.x_um + a.half_width_um, b.x_um + b.half_width_um)
+    if not below(low, high, a.x_um, b.x_um):  # side by side, as exactly as numbers can say
         return None
     while low < (middle := 0.5 * (low + high)) < high:
         slope = a.slope(middle) + b.slope(middle)
@@ -114,10 +87,10 @@ def standing(half: bool, pillars: tuple[Pillar, ...]) -> tuple[Standing, ...]:
     """Every pillar, and for a half cell the mirror image at x = 0 of each one off the axis."""
     found = []
     for index, pillar in enumerate(pillars):
-        arch = Arch(pillar.x_um, pillar.y_um, pillar.half_width_um, pillar.height_um, pillar.exponent)
+        arch = obstacles.Pillar(pillar.x_um, pillar.y_um, pillar.half_width_um, pillar.height_um, pillar.exponent)
         found.append(Standing(index, False, arch))
-        if half and arch.x != 0.0:
-            found.append(Standing(index, True, arch._replace(x=-arch.x)))
+        if half and arch.x_um != 0.0:
+            found.append(Standing(index, True, replace(arch, x_um=-arch.x_um)))
     return tuple(found)
 
 
@@ -201,7 +174,7 @@ def _touches_of(
     radius: float, centre_x: float, half: bool, pillars: tuple[Pillar, ...], flat: Flat | None
 ) -> tuple[tuple[float, Touch], ...]:
     """(level of the centre at touch [µm], touch) for every obstacle below the cell's width."""
-    disc = Arch(centre_x, 0.0, radius, radius, 2.0)
+    disc = obstacles.Pillar(centre_x, 0.0, radius, radius, 2.0)
     found = []
     for index, _, arch in standing(half, pillars):
         met = touch_of(disc, arch)
@@ -210,7 +183,7 @@ def _touches_of(
         x, distance = met
         # both surfaces share the normal; the disc's is the well-conditioned one at a sharp corner
         normal = ((centre_x - x) / radius, disc.rise(x) / radius)
-        found.append((arch.y + distance, Touch(x, arch.y + arch.rise(x), index, normal)))
+        found.append((arch.y_um + distance, Touch(x, arch.y_um + arch.rise(x), index, normal)))
     if flat is not None:
         found.append((flat.y_um + radius, Touch(centre_x, flat.y_um, "flat", (0.0, 1.0))))
     return tuple(found)

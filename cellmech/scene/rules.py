@@ -8,10 +8,11 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from cellmech.mechanics.laws import LAWS
+from cellmech.mechanics.obstacles import Pillar
 from cellmech.scene.inputs import Inputs
 from cellmech.scene.limits import below, told
 from cellmech.scene.parts import LAYER_NAMES
-from cellmech.scene.placement import TIE, Arch, Standing, overlaps, placement, standing, touch_of
+from cellmech.scene.placement import TIE, Standing, overlaps, placement, standing, touch_of
 from cellmech.solver.instants import CLOSEST, apart
 
 MOST_CELLS = 5e6  # what fits into the memory of a large workstation
@@ -109,7 +110,7 @@ def _pillars(scene: Inputs) -> Iterator[Breach]:
     """Pillars that overlap one another, or a mirror image (eq. 27 would count the force there twice)."""
     row = sorted(standing(scene.cell.shape == "half", scene.pillar), key=lambda pillar: _left(pillar.arch))
     for i, one in enumerate(row):
-        right = one.arch.x + one.arch.half_width * (1 - TIE)
+        right = one.arch.x_um + one.arch.half_width_um * (1 - TIE)
         for other in row[i + 1 :]:
             if _left(other.arch) >= right:
                 break  # in the order of their left ends: all further ones start beyond this pillar
@@ -131,17 +132,17 @@ def _flat(scene: Inputs) -> Iterator[Breach]:
             yield Breach("flat.y_um", rule, level, hint)
 
 
-def _left(arch: Arch) -> float:
-    return arch.x - arch.half_width
+def _left(arch: Pillar) -> float:
+    return arch.x_um - arch.half_width_um
 
 
-def _overlap(a: Arch, b: Arch) -> bool:
+def _overlap(a: Pillar, b: Pillar) -> bool:
     met = touch_of(a, b)
-    return met is not None and met[1] - abs(a.y - b.y) > TIE * (a.height + b.height)
+    return met is not None and met[1] - abs(a.y_um - b.y_um) > TIE * (a.height_um + b.height_um)
 
 
 def _pillar_breach(scene: Inputs, one: Standing, other: Standing) -> Breach:
-    apart = one.arch.half_width + other.arch.half_width
+    apart = one.arch.half_width_um + other.arch.half_width_um
     hint = f"Their middles must be {told(apart)} µm apart along x (the sum of the half-widths)."
     name = f"pillar.{other.pillar}"
     if other.mirrored:

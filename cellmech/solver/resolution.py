@@ -120,7 +120,7 @@ def _finely_on_the_outline(run: Run) -> np.ndarray:
     for obstacle in run.body.obstacles:
         d = depth(obstacle, x)
         on = d > contact.threshold_um
-        gradient = np.stack(np.broadcast_arrays(*obstacle.gradient(x[on][:, 0], x[on][:, 1])), axis=-1)
+        gradient = np.stack(np.broadcast_arrays(*obstacle.gradient(x[on].T)), axis=-1)
         normal = -gradient / np.linalg.norm(gradient, axis=-1, keepdims=True)
         force += (pressure_at(d[on]) * length[on]) @ normal if on.any() else 0.0
     return run.comm.allreduce(force)

@@ -14,8 +14,8 @@ from cellmech.fem.coefficients import mixtures
 from cellmech.fem.jit import compile_form
 from cellmech.fem.outline import Outline, depth
 from cellmech.mechanics.balance import Body, contact_work
-from cellmech.mechanics.contact import Contact, pressure, smooth_step
-from cellmech.mechanics.obstacles import Flat, Pillar, depth_and_normal
+from cellmech.mechanics.contact import Contact, pressure, smooth_step, symbolic_depth_and_normal
+from cellmech.mechanics.obstacles import Flat, Pillar
 from cellmech.solver.state import State
 
 PILLARS = [Pillar(0.0, -10.0, 10.0, 9.5), Pillar(3.0, -2.0, 1.0, 4.0, 8.0), Pillar(-1.0, 0.5, 2.0, 3.0, 5.0)]
@@ -34,37 +34,50 @@ def points_around(obstacle, count=12):
     return centre + np.array(size) * rng.uniform(0.5, 1.4, (count, 2)) * rng.choice([-1, 1], (count, 2))
 
 
+@pytest.mark.parametrize("exponent", [2.0, 3.3, 4.0, 20.0])
+def test_top_and_outline_of_a_pillar_lie_where_its_level_set_is_zero(exponent):
+    pillar = Pillar(1.5, -10.0, 3.0, 9.5, exponent)
+    for x in (-1.4, 0.0, 1.5, 3.0, 4.4):
+        assert pillar.level_set((x, pillar.top(x))) == pytest.approx(0.0, abs=1e-12)
+        slope = (pillar.rise(x + 1e-7) - pillar.rise(x - 1e-7)) / 2e-7
+        assert pillar.slope(x) == pytest.approx(slope, rel=1e-5, abs=1e-6)
+    assert pillar.top(4.5) is pillar.top(-1.6) is None and Flat(-2.0).top(77.0) == -2.0
+    rim = np.array(pillar.outline(101))
+    np.testing.assert_allclose(pillar.level_set(rim.T), 0.0, atol=1e-12)
+    assert rim[0] == pytest.approx(rim[-1]) and np.ptp(rim, axis=0) == pytest.approx([6.0, 19.0])
+
+
 @pytest.mark.parametrize("obstacle", OBSTACLES, ids=str)
 def test_gradient_is_the_derivative_of_the_level_set(obstacle):
     h = 1e-6
     for x, y in points_around(obstacle):
         by_difference = (
-            (obstacle.level_set(x + h, y) - obstacle.level_set(x - h, y)) / (2 * h),
-            (obstacle.level_set(x, y + h) - obstacle.level_set(x, y - h)) / (2 * h),
+            (obstacle.level_set((x + h, y)) - obstacle.level_set((x - h, y))) / (2 * h),
+            (obstacle.level_set((x, y + h)) - obstacle.level_set((x, y - h))) / (2 * h),
         )
-        np.testing.assert_allclose(obstacle.gradient(x, y), by_difference, rtol=1e-6, atol=1e-7)
+        np.testing.assert_allclose(obstacle.gradient((x, y)), by_difference, rtol=1e-6, atol=1e-7)
 
 
 @pytest.mark.parametrize("obstacle", OBSTACLES, ids=str)
 def test_depth_is_positive_inside_and_the_normal_points_out(obstacle):
     inside_seen = outside_seen = 0
     for x, y in points_around(obstacle):
-        d, n = depth_and_normal(obstacle, ufl.as_vector([x, y]))
+        d, n = symbolic_depth_and_normal(obstacle, ufl.as_vector([x, y]))
         d, n = number(d), np.array([number(n[0]), number(n[1])])
-        inside = obstacle.level_set(x, y) > 0
+        inside = obstacle.level_set((x, y)) > 0
         inside_seen, outside_seen = inside_seen + inside, outside_seen + (not inside)
         assert (d > 0) == inside
         assert np.linalg.norm(n) == pytest.approx(1.0, rel=1e-12)
         ahead = np.array([x, y]) + 1e-6 * n
-        assert obstacle.level_set(*ahead) < obstacle.level_set(x, y)
+        assert obstacle.level_set(ahead) < obstacle.level_set((x, y))
     assert inside_seen and outside_seen
 
 
 def test_pillar_is_printed_shape_with_its_top_and_flanks_where_they_belong():
     pillar = Pillar(x_um=2.0, y_um=-10.0, half_width_um=10.0, height_um=9.5)
     for x, y in ((2.0, -0.5), (12.0, -10.0), (-8.0, -10.0)):
-        assert pillar.level_set(x, y) == pytest.approx(0.0, abs=1e-14)
-    assert pillar.level_set(7.0, -5.25) == pytest.approx(1 - 0.5**4 - 0.5**4)
+        assert pillar.level_set((x, y)) == pytest.approx(0.0, abs=1e-14)
+    assert pillar.level_set((7.0, -5.25)) == pytest.approx(1 - 0.5**4 - 0.5**4)
 
 
 @pytest.mark.parametrize(
@@ -78,14 +91,14 @@ def test_pillar_is_printed_shape_with_its_top_and_flanks_where_they_belong():
     ],
 )
 def test_depth_near_the_edge_is_the_signed_distance(obstacle, x, y, expected, normal):
-    d, n = depth_and_normal(obstacle, ufl.as_vector([x, y]))
+    d, n = symbolic_depth_and_normal(obstacle, ufl.as_vector([x, y]))
     assert number(d) == pytest.approx(expected, rel=2e-3)
     np.testing.assert_allclose([number(n[0]), number(n[1])], normal, rtol=0, atol=1e-12)
     assert depth(obstacle, np.array([x, y])) == pytest.approx(number(d), rel=1e-14)
 
 
 def test_depth_at_the_centre_of_a_pillar_is_finite():
-    d, n = depth_and_normal(PILLARS[0], ufl.as_vector([0.0, -10.0]))
+    d, n = symbolic_depth_and_normal(PILLARS[0], ufl.as_vector([0.0, -10.0]))
     assert number(d) == PILLARS[0].length_um
     assert number(n[0]) == number(n[1]) == 0.0
 
@@ -93,7 +106,7 @@ def test_depth_at_the_centre_of_a_pillar_is_finite():
 def test_depth_for_the_form_and_depth_for_the_report_are_the_same():
     for obstacle in OBSTACLES:
         for point in points_around(obstacle):
-            d, _ = depth_and_normal(obstacle, ufl.as_vector(point.tolist()))
+            d, _ = symbolic_depth_and_normal(obstacle, ufl.as_vector(point.tolist()))
             assert depth(obstacle, point) == pytest.approx(number(d), rel=1e-12)
 
 
@@ -175,7 +188,7 @@ def penalty(d, kappa=KAPPA, s=WIDTH):
 
 
 def normal(obstacle, x):
-    g = -np.stack(obstacle.gradient(x[..., 0], x[..., 1]), axis=-1)
+    g = -np.stack(obstacle.gradient(np.moveaxis(x, -1, 0)), axis=-1)
     return g / np.linalg.norm(g, axis=-1)[..., None]
 
 

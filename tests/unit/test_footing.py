@@ -13,13 +13,13 @@ from cellmech.cell.layering import mesh_plan
 from cellmech.cell.setup import Setup
 from cellmech.fem.outline import Outline
 from cellmech.mechanics.contact import Contact
+from cellmech.mechanics.obstacles import Pillar
 from cellmech.runs.progress import results_table
 from cellmech.scene.files import read_scene
-from cellmech.scene.placement import Arch
 from cellmech.solver import resolution
 from cellmech.solver.resolution import doubts, missed
 
-DISC = Arch(0.0, 0.0, 10.0, 10.0, 2.0)
+DISC = Pillar(0.0, 0.0, 10.0, 10.0, 2.0)
 ON_THE_FLAT = Profile(DISC, None, 0.0, 1, 1.0)
 PUSH = Contact("surface", 50.0, 1e-4).pressure_at
 

@@ -118,6 +118,10 @@ def test_folder_with_files_of_ones_own_is_refused_and_kept(tmp_path):
             lambda: cellmech.Additions(obstacles={"wall": 3}),
             r"wall: must have length_um, level_set, gradient",
         ),
+        (
+            lambda: cellmech.Additions(obstacles={"wall": OfTwoNumbers()}),
+            r"obstacles\.wall: its level_set and gradient must take a point, \(x, y\) as one vector",
+        ),
         (lambda: cellmech.Additions(observables={"a.b": len}), r"observables: must be named by letters"),
         (lambda: cellmech.Additions(observables=[len]), r"observables: must be a dict"),
         (lambda: cellmech.Material(neo_hookean, {"k": 3.0}), r'Material: constants: must hold "mu"'),
@@ -142,16 +146,28 @@ def test_obstacles_that_would_do_harm_are_refused(example):
             cellmech.solve(cellmech.Scene(mesh=COARSE), additions=cellmech.Additions(obstacles={label: wall}))
 
 
+class OfTwoNumbers:
+    """An obstacle as they were written before they took a point."""
+
+    length_um = 1.0
+
+    def level_set(self, x, y):
+        return x - y
+
+    def gradient(self, x, y):
+        return 1, -1
+
+
 class Flat45:
     """A slope far below."""
 
     length_um = 1e9
 
-    def level_set(self, x, y):
-        return x - y - 100.0
+    def level_set(self, x):
+        return x[0] - x[1] - 100.0
 
-    def gradient(self, x, y):
-        return 1 + 0 * x, -1 + 0 * y
+    def gradient(self, x):
+        return 1 + 0 * x[0], -1 + 0 * x[1]
 
 
 def test_observable_that_fails_is_named_and_fails_the_case(tmp_path):

@@ -39,13 +39,13 @@ class Spike:
     def __init__(self, at, half_width):
         self.at, self.half_width = at, half_width
 
-    def level_set(self, x, y):
+    def level_set(self, x):
         """Depth, 0 at the wedge's sides and the deepest in its middle."""
-        return 1e-3 * (1 - np.abs(x - self.at) / self.half_width) - 0 * y
+        return 1e-3 * (1 - np.abs(x[0] - self.at) / self.half_width) - 0 * x[1]
 
-    def gradient(self, x, y):
+    def gradient(self, x):
         """Of length 1, so that the depth is the level set."""
-        return np.zeros_like(x), -np.ones_like(y)
+        return np.zeros_like(x[0]), -np.ones_like(x[1])
 
 
 @pytest.mark.parametrize("half_width", [0.01, 0.2])

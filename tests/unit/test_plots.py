@@ -367,7 +367,7 @@ def cells(table: str) -> list[list[str]]:
 
 
 def test_paper_numbers_are_those_of_section_3_1() -> None:
-    assert set(PAPER) == set(LAWS) == set(LOOKS)
+    assert set(PAPER) == set(LAWS) < set(LOOKS)
     assert PAPER["mooney-rivlin"] | PAPER["neo-hookean"] == {
         **{"sigma": 1.032, "J1": 2.44, "J2": 4.27, "J3": 1.15},
         **{"share_J1": 56, "share_J2": 81, "share_J3": 23},

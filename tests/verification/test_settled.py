@@ -48,7 +48,7 @@ def outline_force(run, obstacle, kappa, s):
     position, tangent = along(x, (points + 1) / 2), slope(x, (points + 1) / 2)
     d = depth(obstacle, position)
     p = np.where(d <= 0, 0.0, np.where(d < s, kappa * d * d / (2 * s), kappa * (d - s / 2)))
-    g = -np.stack(obstacle.gradient(position[..., 0], position[..., 1]), axis=-1)
+    g = -np.stack(obstacle.gradient(np.moveaxis(position, -1, 0)), axis=-1)
     n = g / np.linalg.norm(g, axis=-1)[..., None]
     return np.einsum("q,eq,eqk->k", weight / 2, p * np.linalg.norm(tangent, axis=-1), n)
 

@@ -33,12 +33,12 @@ class Wedge:
     slope: float
     length_um: float = 1e9
 
-    def level_set(self, x, y):
-        return -self.slope * abs(x) - y
+    def level_set(self, x):
+        return -self.slope * abs(x[0]) - x[1]
 
-    def gradient(self, x, y):
-        sign = ufl.sign(x) if isinstance(x, ufl.core.expr.Expr) else np.sign(x)
-        return -self.slope * sign, -1 + 0 * y
+    def gradient(self, x):
+        sign = ufl.sign(x[0]) if isinstance(x[0], ufl.core.expr.Expr) else np.sign(x[0])
+        return -self.slope * sign, -1 + 0 * x[1]
 
 
 WEDGE = Wedge(SLOPE)
