@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import cellmech.fem.started  # noqa: F401 before all that it starts
@@ -31,14 +32,14 @@ from cellmech.results.field_files import write_fields
 from cellmech.results.records import CaseFolder, flatten
 from cellmech.scene.case import Case
 from cellmech.scene.files import scene_to_toml
-from cellmech.solver.ellipticity import AT_REST, Stability, StabilityWatch
-from cellmech.solver.resolution import MISSED, doubts, missed
+from cellmech.solver.acceptance import Acceptance
+from cellmech.solver.ellipticity import Stability, StabilityWatch
+from cellmech.solver.resolution import doubts, missed
 from cellmech.solver.schedule import Memory, Step
 from cellmech.solver.simulation import Run
 
 __all__ = ["Description", "MeshPlan", "Progress", "describe_case", "mesh_plan", "solve_case"]
 
-SLIDING = 1e-3  # share of the weight that may push sideways, or turn at the radius: an unsymmetric mesh, not a slope
 MEMORY_BASE_MB, MEMORY_PER_DOF_MB = 260.0, 0.012
 
 
@@ -104,7 +105,6 @@ def _solve(
     series: list[tuple[float, str]] = []
     status, reason, settled = "solved", "", None
     goes_on = scene.stability == "warn"
-    beyond: dict[str, float] = {}  # since when ellipticity has been lost, in a case that goes on nevertheless
     in_doubt: dict[str, str] = {}  # what a saved state's contact leaves in doubt, of the last such state
 
     def look_at_contact(when: str = "") -> None:
@@ -119,58 +119,43 @@ def _solve(
         stack.callback(run.close)
         for line in describe_model(setup, run).lines():
             folder.log(line)
-        observer, watch = Observer(run, setup.layout()), StabilityWatch(run.body, run.state.u)
+        observer = Observer(run, setup.layout())
+        watch = StabilityWatch(run.body, run.state.u)
+        run.acceptance = accepted = Acceptance(run, watch, scene.time.end_s, goes_on, partial(missed, run))
         if (found := checkpoint.load(folder, setup.body.space)) is not None:
             memory, mine = found
             run.recall(memory)
             observer.peaks, series, earlier_s = mine["peaks"], mine["series"], mine["wall_s"]
-            watch.seen, in_doubt, beyond = tuple(mine["stability_seen"]), mine["in_doubt"], mine["beyond"]
+            in_doubt = mine["in_doubt"]
+            accepted.recall(mine["acceptance"])
             scalars, settled = observer.observe(run.t) | additions.observe(observer), run.rate()
             folder.log(f"goes on from the checkpoint at t = {run.t:.6g} s, step {run.totals.steps}")
 
         def on_step(step: Step) -> None:
-            nonlocal settled, stability
-            at_end = step.t_s >= scene.time.end_s
-            found = watch.look() if at_end else None if beyond else watch.look_if_due()
-            verdict = _lost(step, found) if found is not None and found.lost else ""
-            if verdict and goes_on:
-                if not beyond:
-                    beyond.update(since_s=step.t_s, load_amplitude=step.amplitude)
-                    in_doubt["ellipticity"] = f'{verdict}; this state is beyond, as stability = "warn" asks for'
-                    folder.log(f"warning: ellipticity: {in_doubt['ellipticity']}")
-            elif verdict and scalars:
-                _take_back(run, step)
-                raise SolveError(verdict)
-            elif verdict and run.retrace():
-                folder.log(f"{verdict}; the load is followed from the start, to where this happens")
-                watch.seen = AT_REST
-                return
-            if run.modes is not None and (fault := _held(run, scene.radius_um)):
-                if scalars:
-                    _take_back(run, step)
-                raise SolveError(fault)
-            stability = found or stability
+            nonlocal settled
+            beyond = bool(accepted.beyond)
+            if accepted.doubt:
+                in_doubt["ellipticity"] = accepted.doubt
             scalars.clear()
             scalars.update(observer.observe(step.t_s) | additions.observe(observer))
             settled = run.rate()
             numbers = {"t_s": step.t_s, "dt_s": step.dt_s, "newton": step.newton, "error_estimate": step.error_estimate}
-            numbers |= {"beyond_ellipticity": int(bool(beyond))} if goes_on else {}
+            numbers |= {"beyond_ellipticity": int(beyond)} if goes_on else {}
             folder.add_row({**numbers, "settled": settled, **flatten(scalars)})
             report(Progress(case.name, step.t_s, scene.time.end_s, run.totals.steps, run.totals.newton_iterations))
             if step.t_s in scene.output.times_s and step.t_s < scene.time.end_s:
-                write_fields(folder, observer, step.t_s, series, bool(beyond))
+                write_fields(folder, observer, step.t_s, series, beyond)
                 look_at_contact(f"at t = {step.t_s:.6g} s ")
             folder.agree()
-            if verdict and not beyond:
-                raise SolveError(verdict)
 
         def on_checkpoint(memory: Memory) -> None:
             wall_s = earlier_s + time.perf_counter() - started
-            mine = {"peaks": observer.peaks, "series": series, "wall_s": wall_s, "stability_seen": watch.seen}
-            mine |= {"in_doubt": in_doubt, "beyond": beyond}
+            mine = {"peaks": observer.peaks, "series": series, "wall_s": wall_s}
+            mine |= {"in_doubt": in_doubt, "acceptance": accepted.memory()}
             checkpoint.save(folder, setup.body.space, memory, mine)
 
         run.run(on_step, on_checkpoint)
+        stability = accepted.stability
     except SolveError as error:
         stability = watch.look() if run is not None and run.totals.newton_iterations else None
         status, reason = "failed", str(error)
@@ -178,7 +163,7 @@ def _solve(
             reason += _last_good_state(run, scalars, stability)
         folder.log(f"failed: {reason}")
     if scalars and run is not None:
-        write_fields(folder, observer, run.t, series, bool(beyond))
+        write_fields(folder, observer, run.t, series, bool(accepted.beyond))
         look_at_contact()
     folder.agree()
     result = _provenance(case, setup, run, comm, in_doubt)
@@ -190,25 +175,10 @@ def _solve(
         "wall_s": earlier_s + time.perf_counter() - started,
     }
     if goes_on:
-        result["beyond_ellipticity"] = {"since_s": None, "load_amplitude": None} | beyond
+        since = {} if run is None else accepted.beyond
+        result["beyond_ellipticity"] = {"since_s": None, "load_amplitude": None} | since
     folder.log(f"{status} in {result['wall_s']:.2f} s")
     return result | scalars
-
-
-def _lost(step: Step, found: Stability) -> str:
-    """The verdict on a state that no mesh determines."""
-    return (
-        f"ellipticity is lost at t = {step.t_s:.6g} s, load amplitude {step.amplitude:.6g}: {found}: from there on "
-        "the material can fail in bands as thin as the mesh allows, and states depend on the mesh"
-    )
-
-
-def _take_back(run: Run, step: Step) -> None:
-    """Return to the state before an accepted step that is not to count; nothing goes on from there."""
-    run.u[:] = run.state.u_n.x.array
-    run.t = step.t_s - step.dt_s
-    run.totals.steps -= 1
-    run.totals.rejected_steps += 1
 
 
 def _last_good_state(run: Run | None, scalars: dict[str, Any], stability: Stability | None) -> str:
@@ -220,29 +190,6 @@ def _last_good_state(run: Run | None, scalars: dict[str, Any], stability: Stabil
         text = f"; in the last state, which is saved (t = {run.t:.6g} s), det F is {scalars['cell']['det_F_min']:.3g}"
         text += " at least and"
     return f"{text} {'ellipticity is lost' if stability.lost else 'the material is stable everywhere'}: {stability}"
-
-
-def _held(run: Run, radius_um: float) -> str:
-    """What is wrong where only the constraint on a rigid mode holds the cell, as no contact without friction could.
-
-    Empty where nothing is. Collective.
-    """
-    weight = abs(run.ledger.load_resultant()[1] * run.ledger.amplitude)
-    push, moment = run.ledger.contact_force()[0], run.ledger.moment()
-    if abs(push) > SLIDING * weight:
-        fault = f"slides: no equilibrium; the obstacles push sideways with {push:.3g} Pa um"
-    elif abs(moment) > SLIDING * weight * radius_um:
-        arm = abs(moment / weight)
-        fault = f"turns: no equilibrium; the obstacles turn it with {moment:.3g} Pa um2, {arm:.2g} um times the load"
-    else:
-        return ""
-    unseen, (way, told) = missed(run), fault.split(": no equilibrium; ")
-    if unseen <= MISSED:
-        return fault
-    return (
-        f"the mesh is too coarse to tell whether the cell {way}: {told}, and {100 * unseen:.2g} % of their force "
-        "lie between the points at which it is integrated; set mesh.size_um lower"
-    )
 
 
 def _provenance(case: Case, setup: Setup, run: Run | None, comm: MPI.Comm, found: Mapping[str, str]) -> dict[str, Any]:

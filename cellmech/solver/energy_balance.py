@@ -86,7 +86,7 @@ class Ledger:
         """Resultant of the dead loads at full amplitude [Pa µm], a component each. Collective."""
         return self._sum(self.load_vector.reshape(-1, self._components).sum(axis=0))
 
-    def moment(self) -> float:
+    def moment(self, amplitude: float) -> float:
         """Moment of obstacles and load now about where the load acts, counter-clockwise [Pa µm^2]. Collective.
 
         Stresses that are symmetric add nothing to it.
@@ -96,7 +96,7 @@ class Ledger:
         x = nodes + self.state.u.x.array[: self._owned].reshape(load.shape)
         share = self._sum(load.sum(axis=0))[1]
         centre = self._sum(load[:, 1] @ x) / share
-        lever, force = x - centre, self._assemble("contact").reshape(-1, self._components) + self.amplitude * load
+        lever, force = x - centre, self._assemble("contact").reshape(-1, self._components) + amplitude * load
         return float(self._sum(np.sum(lever[:, 0] * force[:, 1] - lever[:, 1] * force[:, 0])))
 
     def stored(self) -> float:

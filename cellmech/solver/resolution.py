@@ -11,6 +11,7 @@ from cellmech.fem.jit import compile_form
 from cellmech.fem.outline import along, deepest, depth, slope
 from cellmech.mechanics.balance import contact_work
 from cellmech.mechanics.contact import Contact
+from cellmech.solver.acceptance import MISSED
 from cellmech.solver.energy_balance import owned_values
 from cellmech.solver.simulation import Run
 
@@ -20,7 +21,6 @@ ENOUGH = 2.0  # edges; with one the depth is off by 2 %, with two by less than 0
 COUNTS = 0.03  # of the whole force: a contact that bears less is not looked at
 BETWEEN = 40  # Gauss points of an edge that tell what the solver's own miss between them
 INSIDE = 3  # times the solver's degree of quadrature, likewise of an element's inside
-MISSED = 0.02  # share of the contact's force that they may miss unsaid
 SOFT = 0.5  # of the contact's half-width: an obstacle that the cell sinks into further is not rigid
 
 

@@ -12,6 +12,7 @@ from mpi4py import MPI
 from cellmech.fem.outline import Outline
 from cellmech.mechanics.balance import Body
 from cellmech.mechanics.obstacles import Obstacle
+from cellmech.solver.acceptance import Acceptance, Refused
 from cellmech.solver.energy_balance import Ledger
 from cellmech.solver.instants import CLOSEST
 from cellmech.solver.newton import ROUND_OFF, TOLERANCE, Outcome, Solver
@@ -53,6 +54,7 @@ class Run:
     ) -> None:
         self.schedule, self.force_scale, self.modes, self.log = schedule, force_scale, modes, log
         self.out_of_reach = list(out_of_reach)
+        self.acceptance: Acceptance | None = None  # what states count, besides being solved; all, without it
         self.state = State(body)
         self.comm: MPI.Comm = body.domain.mesh.comm
         self.components = body.space.dofmap.index_map_bs
@@ -114,7 +116,8 @@ class Run:
         """Go to the end.
 
         Args:
-            on_step: called after each accepted step, before history moves.
+            on_step: called after each accepted step, before history moves; and for a state that does not count where
+                there is none before it that does, and it may be shown.
             on_checkpoint: called now and then after `on_step` with what `recall` takes. What a run computes does not
                 depend on whether anybody listens.
 
@@ -122,7 +125,15 @@ class Run:
             SolveError: no way on; `state.u` then is the last accepted displacement.
         """
         while self.t < self.schedule.end_s:
-            on_step(self.stepping.advance())
+            try:
+                step = self.stepping.advance()
+            except Refused as refused:
+                if self._first_again(refused):
+                    continue
+                if self.totals.steps == 0 and refused.shown:
+                    on_step(self._book())
+                raise
+            on_step(step)
             due = self.totals.steps % self.checkpoint_every == 0
             if due and 0 < self.t < self.schedule.end_s:  # at 0 it begins again
                 self.solver.restart()  # as the solver of a run that goes on from here must
@@ -135,7 +146,7 @@ class Run:
             return False
         spent, start = self.totals, self._beginning
         self.recall(Memory({**start.numbers, "load_steps": LOAD_STEPS}, start.fields))
-        self.totals = dataclasses.replace(spent, steps=0, rejected_steps=spent.rejected_steps + spent.steps)
+        self.totals = dataclasses.replace(spent, steps=0, rejected_steps=spent.rejected_steps + 1)
         self.solver.restart()
         return True
 
@@ -233,13 +244,38 @@ class Run:
         before.close()
 
     def accept(self, t: float, h: float, outcome: Outcome, error: float | None) -> Step:
-        """Take the present displacement as the state at time t [s], after a step h [s]."""
-        self.t, self.last_step_s = t, h
+        """Take the present displacement as the state at time t [s], after a step h [s].
+
+        Raises:
+            Refused: it does not count; `state.u` is the last accepted displacement again, if there is one.
+        """
+        self._solved = Step(t, h, self.body.amplitude(t), outcome.iterations, error)
+        if self.acceptance is not None:
+            try:
+                self.acceptance.judge(t, self._solved.amplitude)
+            except Refused:
+                if self.totals.steps:
+                    self.u[:] = self.state.u_n.x.array
+                    self.totals.rejected_steps += 1
+                raise
+        return self._book()
+
+    def _book(self) -> Step:
+        """Put the state that has been solved into the books."""
+        step = self._solved
+        self.t, self.last_step_s = step.t_s, step.dt_s
         self.totals.steps += 1
-        self.largest = self._largest_now if error is not None else self.largest
-        amplitude = self.body.amplitude(t)
-        self.ledger.add_step(amplitude, h)
-        return Step(t, h, amplitude, outcome.iterations, error)
+        self.largest = self._largest_now if step.error_estimate is not None else self.largest
+        self.ledger.add_step(step.amplitude, step.dt_s)
+        return step
+
+    def _first_again(self, refused: Refused) -> bool:
+        """Whether the run begins again because the first state, after a ramp that was skipped, does not count."""
+        if self.totals.steps or not refused.shown or self.acceptance is None or not self.retrace():
+            return False
+        self.log(f"{refused}; the load is followed from the start, to where this happens")
+        self.acceptance.begin_again()
+        return True
 
     def no_way_on(self, reason: str, amplitude: float, t: float | None = None) -> str:
         """The message of a failure, at the present time or t [s]."""

@@ -9,11 +9,12 @@ from mpi4py import MPI
 
 from cellmech.cell.setup import Setup
 from cellmech.results.records import CaseFolder
-from cellmech.runs import case as cases
 from cellmech.runs.case import mesh_plan, solve_case
 from cellmech.runs.interrupts import Interrupted
 from cellmech.scene.case import Case
 from cellmech.scene.files import read_scene
+from cellmech.solver.acceptance import Acceptance
+from cellmech.solver.ellipticity import StabilityWatch
 
 ENDS = [None, OSError(28, "No space left on device"), ZeroDivisionError(), KeyboardInterrupt(), Interrupted(15)]
 
@@ -59,31 +60,31 @@ class Turned(Pushed):
     def contact_force(self):
         return self.ledger.contact_force()
 
-    def moment(self):
+    def moment(self, amplitude):
         return self.push * abs(self.ledger.load_resultant()[1]) * self.ledger.amplitude
 
 
-def test_cell_slides_only_beyond_what_an_unsymmetric_mesh_pushes(monkeypatch):
+def test_cell_slides_only_beyond_what_an_unsymmetric_mesh_pushes():
     scene = read_scene({"cell": {"shape": "full"}, "mesh": {"size_um": 8.0}, "time": {"history": False}}, "test")
     run = Setup(scene, MPI.COMM_SELF, mesh_plan(scene)).create_run(lambda line: None)
     with closing(run):
         run.run(lambda step: None)
         real, unseen = run.ledger, [0.0]
-        monkeypatch.setattr(cases, "missed", lambda run: unseen[0])
-        run.ledger = Pushed(real, np.array([0.9e-3, 1.0]))
-        assert cases._held(run, 10.0) == ""
-        run.ledger = Pushed(real, np.array([-1.1e-3, 1.0]))
-        assert cases._held(run, 10.0).startswith("slides: no equilibrium; the obstacles push sideways with -")
+        accepted = Acceptance(run, StabilityWatch(run.body, run.state.u), 1.0, False, lambda: unseen[0])
+
+        def held(ledger):
+            run.ledger = ledger
+            return accepted.held(real.amplitude)
+
+        assert held(Pushed(real, np.array([0.9e-3, 1.0]))) == held(Turned(real, 0.9e-2)) == ""
+        slides, turns = Pushed(real, np.array([-1.1e-3, 1.0])), Turned(real, -1.1e-2)
+        assert held(slides).startswith("slides: no equilibrium; the obstacles push sideways with -")
+        assert held(turns).startswith("turns: no equilibrium; the obstacles turn it with -")
+        assert held(turns).endswith("0.011 um times the load")
         unseen[0] = 0.98
-        assert "98 % of their force lie between the points" in cases._held(run, 10.0)
-        assert cases._held(run, 10.0).startswith("the mesh is too coarse to tell whether the cell slides")
-        run.ledger = Turned(real, 0.9e-2)
-        assert cases._held(run, 10.0) == ""
-        run.ledger = Turned(real, -1.1e-2)
-        assert cases._held(run, 10.0).startswith("the mesh is too coarse to tell whether the cell turns")
-        unseen[0] = 0.0
-        told = "turns: no equilibrium; the obstacles turn it with -"
-        assert cases._held(run, 10.0).startswith(told) and cases._held(run, 10.0).endswith("0.011 um times the load")
+        assert "98 % of their force lie between the points" in held(slides)
+        assert held(slides).startswith("the mesh is too coarse to tell whether the cell slides")
+        assert held(turns).startswith("the mesh is too coarse to tell whether the cell turns")
 
 
 def test_moment_is_that_of_the_forces_about_where_the_load_acts(monkeypatch):
@@ -93,21 +94,21 @@ def test_moment_is_that_of_the_forces_about_where_the_load_acts(monkeypatch):
     with closing(run):
         run.run(lambda step: None)
         ledger, weight = run.ledger, abs(run.ledger.load_resultant()[1]) * run.ledger.amplitude
-        assert abs(ledger.moment()) < 1e-3 * weight * 10.0
+        assert abs(ledger.moment(ledger.amplitude)) < 1e-3 * weight * 10.0
         forces, load = ledger._assemble("contact").reshape(-1, 2), ledger.load_vector.reshape(-1, 2)[:, 1]
         height = run.body.space.tabulate_dof_coordinates()[: len(forces), 1] + run.u.reshape(-1, 2)[: len(forces), 1]
         lowest = np.argmin(height)
         forces[lowest] += 0.1 * weight, 0.0
         monkeypatch.setattr(ledger, "_assemble", lambda name: forces.ravel())
         arm = load @ height / load.sum() - height[lowest]
-        assert ledger.moment() == pytest.approx(0.1 * weight * arm, rel=1e-3) and arm > 9.0
+        assert ledger.moment(ledger.amplitude) == pytest.approx(0.1 * weight * arm, rel=1e-3) and arm > 9.0
 
 
 def test_state_that_only_the_constraint_holds_is_not_the_one_saved(tmp_path, monkeypatch):
     """The verdict comes with the last state in balance, here the third."""
     data = {"cell": {"shape": "full", "law": "saint-venant"}, "mesh": {"size_um": 8.0}}
     case = Case("case", read_scene(data, "test"))
-    monkeypatch.setattr(cases, "_held", lambda run, radius: "slides" if run.totals.steps > 3 else "")
+    monkeypatch.setattr(Acceptance, "held", lambda self, amplitude: "slides" if self.run.totals.steps > 2 else "")
     with closing(CaseFolder(tmp_path, MPI.COMM_SELF)) as folder:
         result = solve_case(case, folder, MPI.COMM_SELF, mesh_plan(case.scene), lambda progress: None)
         folder.flush()

@@ -1,0 +1,111 @@
+"""Whether a solved state counts: the material determines it, and nothing but contact holds it.
+
+Asked before a step is booked. Newton and the stepping have seen to its being solved, accurate and not inside out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Protocol
+
+from cellmech.errors import SolveError
+from cellmech.solver.ellipticity import AT_REST, Stability, StabilityWatch
+from cellmech.solver.energy_balance import Ledger
+
+MISSED = 0.02  # share of the contact's force that the points at which it is integrated may miss unsaid
+SLIDING = 1e-3  # share of the weight that may push sideways, or turn at the radius: an unsymmetric mesh, not a slope
+
+
+class Refused(SolveError):
+    """A solved state that does not count.
+
+    Args:
+        reason: why.
+        shown: whether it is reported all the same where no state before it is.
+    """
+
+    def __init__(self, reason: str, shown: bool = False) -> None:
+        super().__init__(reason)
+        self.shown = shown
+
+
+class Judged(Protocol):
+    """What is asked of the body that goes through time."""
+
+    ledger: Ledger
+    modes: Any
+    reach_um: float
+    log: Callable[[str], None]
+
+
+class Acceptance:
+    """Judges the states of a run.
+
+    Args:
+        run: the run.
+        watch: looks for the loss of ellipticity.
+        end_s: of the run; the last state is always looked at [s].
+        goes_on: whether states beyond the loss of ellipticity count; they are marked then.
+        missed: share of the contact's force that the mesh misses [-], of the present state; collective.
+    """
+
+    def __init__(
+        self, run: Judged, watch: StabilityWatch, end_s: float, goes_on: bool, missed: Callable[[], float]
+    ) -> None:
+        self.run, self.watch, self.end_s, self.goes_on, self.missed = run, watch, end_s, goes_on, missed
+        self.beyond: dict[str, float] = {}  # since when ellipticity has been lost, in a case that goes on nevertheless
+        self.doubt = ""  # what is said of states beyond it
+        self.stability: Stability | None = None  # of the last state that was looked at
+
+    def judge(self, t: float, amplitude: float) -> None:
+        """Raise `Refused` for a state at the time t [s] that does not count. Collective."""
+        found = self.watch.look() if t >= self.end_s else None if self.beyond else self.watch.look_if_due()
+        if found is not None and found.lost:
+            lost = (
+                f"ellipticity is lost at t = {t:.6g} s, load amplitude {amplitude:.6g}: {found}: from there on "
+                "the material can fail in bands as thin as the mesh allows, and states depend on the mesh"
+            )
+            if not self.goes_on:
+                raise Refused(lost, shown=True)
+            if not self.beyond:
+                self.beyond = {"since_s": t, "load_amplitude": amplitude}
+                self.doubt = f'{lost}; this state is beyond, as stability = "warn" asks for'
+                self.run.log(f"warning: ellipticity: {self.doubt}")
+        if self.run.modes is not None and (fault := self.held(amplitude)):
+            raise Refused(fault)
+        self.stability = found or self.stability
+
+    def held(self, amplitude: float) -> str:
+        """What is wrong where only the constraint on a rigid mode holds the body, as no contact without friction could.
+
+        Empty where nothing is. Collective.
+        """
+        ledger, radius_um = self.run.ledger, self.run.reach_um / 2
+        weight = abs(ledger.load_resultant()[1] * amplitude)
+        push, moment = ledger.contact_force()[0], ledger.moment(amplitude)
+        if abs(push) > SLIDING * weight:
+            fault = f"slides: no equilibrium; the obstacles push sideways with {push:.3g} Pa um"
+        elif abs(moment) > SLIDING * weight * radius_um:
+            told = f"{moment:.3g} Pa um2, {abs(moment / weight):.2g} um times the load"
+            fault = f"turns: no equilibrium; the obstacles turn it with {told}"
+        else:
+            return ""
+        unseen, (way, told) = self.missed(), fault.split(": no equilibrium; ")
+        if unseen <= MISSED:
+            return fault
+        return (
+            f"the mesh is too coarse to tell whether the cell {way}: {told}, and {100 * unseen:.2g} % of their force "
+            "lie between the points at which it is integrated; set mesh.size_um lower"
+        )
+
+    def begin_again(self) -> None:
+        """Forget what has been seen: the load is followed from the start."""
+        self.watch.seen = AT_REST
+
+    def memory(self) -> dict[str, Any]:
+        """What a run that goes on later needs, as JSON can hold it."""
+        return {"seen": self.watch.seen, "beyond": self.beyond, "doubt": self.doubt}
+
+    def recall(self, memory: dict[str, Any]) -> None:
+        """Go on from what `memory` returned."""
+        self.watch.seen, self.beyond, self.doubt = tuple(memory["seen"]), memory["beyond"], memory["doubt"]
