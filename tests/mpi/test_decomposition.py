@@ -8,10 +8,10 @@ from cli.programs import program
 pytestmark = pytest.mark.mpi
 
 SCENES = {
-    "half": 'title = "half"\n[mesh]\nsize_um = 3.0\n[time]\nend_s = 3000.0\n',
-    "full": 'title = "full"\n[cell]\nshape = "full"\n[mesh]\nsize_um = 4.0\n[time]\nend_s = 1000.0\nrtol = 1e-2\n',
-    "inertia": 'title = "i"\n[cell]\ninertia = true\n[mesh]\nsize_um = 4.0\n[time]\nend_s = 2000.0\nrtol = 1e-2\n',
-    "mixed": 'title = "m"\n[cell]\npoisson = 0.499\n[mesh]\nsize_um = 2.5\n[time]\nend_s = 1000.0\nrtol = 1e-2\n',
+    "half": 'title = "half"\n[mesh]\nsize_um = 6.0\n[time]\nend_s = 2000.0\n',
+    "full": 'title = "full"\n[cell]\nshape = "full"\n[mesh]\nsize_um = 8.0\n[time]\nend_s = 1000.0\nrtol = 1e-2\n',
+    "inertia": 'title = "i"\n[cell]\ninertia = true\n[mesh]\nsize_um = 8.0\n[time]\nend_s = 2000.0\nrtol = 1e-2\n',
+    "mixed": 'title = "m"\n[cell]\npoisson = 0.499\n[mesh]\nsize_um = 5.0\n[time]\nend_s = 1000.0\nrtol = 1e-2\n',
 }
 
 
