@@ -10,7 +10,7 @@ SETUP := tools/setup.sh
 PYTHON := .venv/bin/python
 STUDY := mpirun -n $(N) $(PYTHON) -m cellmech.study
 PLOTS := $(PYTHON) -m cellmech.plots
-PAPER := $(PYTHON) -m cellmech.paper
+PAPER := $(PYTHON) -m studies.paper
 WITH = $(if $(SETTINGS),--set $(SETTINGS)) $(ARGS)
 
 # The paper's 57 runs; what has the same cases and takes them over; all that is drawn and tabulated.
@@ -112,7 +112,7 @@ audit: audit-runs ## which open inputs bring which printed numbers, one and two 
 audit-runs: setup
 	-$(STUDY) $(AUDITS:%=studies/%.toml) --out $(RESULTS) $(WITH)
 
-# The reading of the paper that fits best, as cellmech.paper.readings names it.
+# The reading of the paper that fits best, as studies.paper.readings names it.
 EFFECTIVE := twice-6
 readings: setup ## readings of the paper, each on every row that it prints, and fits that predict what they have not seen
 	-mpirun -n $(N) $(PAPER) readings --results $(RESULTS)

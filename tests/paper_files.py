@@ -7,11 +7,11 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from cellmech.paper.ours import FOLDERS, STUDIES, Slot
-from cellmech.paper.printed import read_paper
 from cellmech.scene.case import Case
 from cellmech.scene.files import scene_to_toml
 from cellmech.scene.studies import load_study
+from studies.paper.ours import FOLDERS, STUDIES, Slot
+from studies.paper.printed import read_paper
 
 REST = {"sigma_mises": 0.0, "J1": 2.0, "J2": 2.0, "J3": 1.0}
 Values = Mapping[str, float]  # sigma_mises, J1, J2, J3

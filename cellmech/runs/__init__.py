@@ -1,6 +1,6 @@
 """What a user starts: one case, a study, a sweep over ranks, the library, the command line and its messages.
 
-It may import: every room but paper.
+It may import: every other room.
 """
 
 from __future__ import annotations

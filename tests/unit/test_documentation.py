@@ -96,7 +96,7 @@ def check_command(words: list[str], page: Page) -> None:
     readers = {
         "cellmech.study": lambda: parser().parse_intermixed_args(arguments),
         "cellmech.plots": lambda: plots._parser().parse_args(arguments),
-        "cellmech.paper": lambda: import_module("cellmech.paper.__main__")._parser().parse_args(arguments),
+        "studies.paper": lambda: import_module("studies.paper.__main__")._parser().parse_args(arguments),
     }
     try:
         options = readers[module]()

@@ -13,16 +13,16 @@ import pytest
 
 from cellmech.errors import InputError
 from cellmech.figures.style import style
-from cellmech.paper.__main__ import main
-from cellmech.paper.audit import PAIRS, SINGLES, Audit, Tried, read_audit
-from cellmech.paper.audit_picture import draw_audit
-from cellmech.paper.audit_studies import pairs_text, singles_text
-from cellmech.paper.audit_tables import audit_csv, audit_markdown, reading, sections
-from cellmech.paper.choices import MOST_RUNS, QUESTIONS, SUBJECTS, Trial, pairs, singles, trial
-from cellmech.paper.misfit import LOST, log_ratio, misfit
-from cellmech.paper.ours import STUDIES
-from cellmech.paper.printed import read_paper
 from cellmech.scene.studies import load_study
+from studies.paper.__main__ import main
+from studies.paper.audit import PAIRS, SINGLES, Audit, Tried, read_audit
+from studies.paper.audit_picture import draw_audit
+from studies.paper.audit_studies import pairs_text, singles_text
+from studies.paper.audit_tables import audit_csv, audit_markdown, reading, sections
+from studies.paper.choices import MOST_RUNS, QUESTIONS, SUBJECTS, Trial, pairs, singles, trial
+from studies.paper.misfit import LOST, log_ratio, misfit
+from studies.paper.ours import STUDIES
+from studies.paper.printed import read_paper
 from tests.paper_files import REST, write_result
 
 SIZES = {"sigma_mises": 5.0, "J1": 0.004, "J2": 0.008, "J3": 0.004}  # of the made-up differences from rest, as printed
@@ -60,7 +60,7 @@ def test_studies_are_what_the_program_writes() -> None:
     assert (STUDIES / "audit.toml").read_text(encoding="utf-8") == singles_text()
     for stem in (SINGLES, PAIRS):
         lines = (STUDIES / f"{stem}.toml").read_text(encoding="utf-8").splitlines()
-        assert any('Written by "python -m cellmech.paper audit-' in line for line in lines)
+        assert any('Written by "python -m studies.paper audit-' in line for line in lines)
         assert max(map(len, lines)) <= 120
 
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from paper_files import as_printed, steady, write_results
 
-from cellmech.paper.bounds import Bounded, bounds, least_mises, least_saint_venant
-from cellmech.paper.comparison import Comparison, compare
+from studies.paper.bounds import Bounded, bounds, least_mises, least_saint_venant
+from studies.paper.comparison import Comparison, compare
 
 POISSON, YOUNG = 0.45, 10.0
 LAMBDA, MU = YOUNG * POISSON / ((1 + POISSON) * (1 - 2 * POISSON)), YOUNG / (2 * (1 + POISSON))

@@ -12,9 +12,11 @@ import pytest
 from mpi4py import MPI
 
 from cellmech.errors import SolveError
-from cellmech.paper import calibration
-from cellmech.paper.__main__ import main
-from cellmech.paper.calibrated import (
+from cellmech.results.records import CaseFolder
+from cellmech.scene.studies import load_study
+from studies.paper import calibration
+from studies.paper.__main__ import main
+from studies.paper.calibrated import (
     calibrated_study,
     calibration_csv,
     calibration_markdown,
@@ -22,7 +24,7 @@ from cellmech.paper.calibrated import (
     fit_reading,
     limit_study,
 )
-from cellmech.paper.calibration import (
+from studies.paper.calibration import (
     BRACKET,
     DIGITS,
     KINDS,
@@ -39,11 +41,9 @@ from cellmech.paper.calibration import (
     fit_all,
     largest_load,
 )
-from cellmech.paper.misfit import LOST
-from cellmech.paper.ours import STUDIES
-from cellmech.paper.printed import read_paper
-from cellmech.results.records import CaseFolder
-from cellmech.scene.studies import load_study
+from studies.paper.misfit import LOST
+from studies.paper.ours import STUDIES
+from studies.paper.printed import read_paper
 
 PRINTED = {
     law: read_paper().table("fig2")[law].values for law in ("saint-venant", "neo-hookean", "mooney-rivlin", "yeoh")
@@ -163,7 +163,7 @@ def test_studies_of_the_fits_are_valid_and_named_as_such(fits: list[Fit], tmp_pa
 
 def test_committed_studies_are_those_of_the_program() -> None:
     for stem in ("calibrated", "saint-venant-limit"):
-        assert "python -m cellmech.paper calibrate" in (STUDIES / f"{stem}.toml").read_text(encoding="utf-8")
+        assert "python -m studies.paper calibrate" in (STUDIES / f"{stem}.toml").read_text(encoding="utf-8")
     laws = [case.scene.cell.law for case in load_study(STUDIES / "calibrated.toml").cases]
     assert laws == ["neo-hookean", "mooney-rivlin", "yeoh"]
     (case,) = load_study(STUDIES / "saint-venant-limit.toml").cases

@@ -15,15 +15,15 @@ import pytest
 from paper_files import REST, as_printed, steady, write_result, write_results
 
 from cellmech.errors import InputError
-from cellmech.paper.__main__ import main
-from cellmech.paper.comparison import Comparison, compare
-from cellmech.paper.numbers import Number
-from cellmech.paper.ours import STUDIES
-from cellmech.paper.places import Place
-from cellmech.paper.printed import PAPER_NUMBERS, RESTS, read_paper
-from cellmech.paper.section import signal, significant, tone_of
 from cellmech.scene.case import Case
 from cellmech.scene.studies import load_study
+from studies.paper.__main__ import main
+from studies.paper.comparison import Comparison, compare
+from studies.paper.numbers import Number
+from studies.paper.ours import STUDIES
+from studies.paper.places import Place
+from studies.paper.printed import PAPER_NUMBERS, RESTS, read_paper
+from studies.paper.section import signal, significant, tone_of
 
 
 @pytest.fixture(scope="module")

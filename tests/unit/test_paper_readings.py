@@ -8,11 +8,12 @@ from pathlib import Path
 import pytest
 from paper_files import as_printed, write_results
 
-from cellmech.paper.__main__ import main
-from cellmech.paper.ours import STUDIES
-from cellmech.paper.printed import TABLES, read_paper
-from cellmech.paper.reading_fit import PLANS, fit, fit_section
-from cellmech.paper.readings import (
+from cellmech.scene.studies import load_study
+from studies.paper.__main__ import main
+from studies.paper.ours import STUDIES
+from studies.paper.printed import TABLES, read_paper
+from studies.paper.reading_fit import PLANS, fit, fit_section
+from studies.paper.readings import (
     EFFECTIVE,
     READINGS,
     Score,
@@ -25,7 +26,6 @@ from cellmech.paper.readings import (
     solve,
     within,
 )
-from cellmech.scene.studies import load_study
 
 PAPER = read_paper()
 AS_PRINTED = READINGS[0]

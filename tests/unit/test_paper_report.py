@@ -16,11 +16,11 @@ from paper_files import write_results
 from PIL import Image
 
 from cellmech.errors import InputError
-from cellmech.paper.__main__ import main
-from cellmech.paper.comparison import compare
-from cellmech.paper.markup import markdown_html
-from cellmech.paper.pictures import WIDEST, embed
-from cellmech.paper.report import FIGURES, duration, pretty, report_html
+from studies.paper.__main__ import main
+from studies.paper.comparison import compare
+from studies.paper.markup import markdown_html
+from studies.paper.pictures import WIDEST, embed
+from studies.paper.report import FIGURES, duration, pretty, report_html
 
 VOID = {"meta", "img", "br"}
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import ufl
 
-from cellmech.paper import stresses
-from cellmech.paper.printed import read_paper
-from cellmech.paper.readings import EFFECTIVE, named
+from studies.paper import stresses
+from studies.paper.printed import read_paper
+from studies.paper.readings import EFFECTIVE, named
 
 
 @pytest.mark.parametrize(

@@ -77,7 +77,7 @@ def test_words_of_the_command_line_and_figures_do_not_bring_a_result_to_be_solve
     behind = modules_behind(SOLVER)
     told = {"command", "progress", "plots", "study", "sweep", "display"}
     assert not [name for name in behind if name.rpartition(".")[2] in told]
-    assert not [name for name in behind if name.startswith(("cellmech.figures", "cellmech.paper"))]
+    assert not [name for name in behind if name.startswith(("cellmech.figures", "studies"))]
     for needed in ("kinematics", "laws", "contact", "balance", "newton", "stepping", "observables", "geometry", "bdf"):
         assert [name for name in behind if name.rpartition(".")[2] == needed], needed
     assert len(source_hash()) == 64

@@ -12,9 +12,9 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from cellmech.figures.style import FAULT_COLOUR, PAPER, QUANTITIES, SMALL, TINY, Quantity, provenance
-from cellmech.paper.audit import CLOSE, Audit, Tried
-from cellmech.paper.choices import QUESTIONS, SUBJECTS
-from cellmech.paper.printed import LAWS, in_print
+from studies.paper.audit import CLOSE, Audit, Tried
+from studies.paper.choices import QUESTIONS, SUBJECTS
+from studies.paper.printed import LAWS, in_print
 
 WIDTH_IN, HEIGHT_IN = 15.0, 8.2
 LIMITS = {"sigma": (0.2, 400.0)}  # of the ratios that are shown

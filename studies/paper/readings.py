@@ -14,16 +14,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from cellmech.paper.misfit import LOST, log_ratio
-from cellmech.paper.numbers import OUTLINES, Number, all_numbers, judged, row_label
-from cellmech.paper.ours import STUDIES, Ours, Slot, read_ours
-from cellmech.paper.places import MAXIMA, TABLE_NAMES, all_places, extremes
-from cellmech.paper.printed import PLACES, TABLES, Paper, PrintedRow
-from cellmech.paper.section import NONE, Row, Section, significant, tone_of
-from cellmech.paper.study_files import study_text
 from cellmech.scene.files import read_scene
 from cellmech.scene.keys import put
 from cellmech.scene.scene import Scene
+from studies.paper.misfit import LOST, log_ratio
+from studies.paper.numbers import OUTLINES, Number, all_numbers, judged, row_label
+from studies.paper.ours import STUDIES, Ours, Slot, read_ours
+from studies.paper.places import MAXIMA, TABLE_NAMES, all_places, extremes
+from studies.paper.printed import PLACES, TABLES, Paper, PrintedRow
+from studies.paper.section import NONE, Row, Section, significant, tone_of
+from studies.paper.study_files import study_text
 
 COARSE = {"mesh.order": 2, "mesh.size_um": 0.85, "mesh.grading": "uniform", "mesh.fade_rings": 0}
 """A mesh like the paper's: second order, 0.3 to 1 µm, which knows nothing of layers; maxima are at its nodes."""
@@ -287,7 +287,7 @@ def row_settings(row: PrintedRow) -> dict[str, Any]:
 HEAD = """The rows of the paper that have printed numbers; not with its inputs, but in the reading that comes nearest:
 {text},
 layers smeared over ± 0.3 µm on a coarse mesh of second order.
-Written by "python -m cellmech.paper effective-study" from the reading "{name}". The inputs as printed are in fig2,
+Written by "python -m studies.paper effective-study" from the reading "{name}". The inputs as printed are in fig2,
 fig4, fig6 and fig7: this study stands beside them, not in their place.
 
 What it must show

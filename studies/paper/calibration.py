@@ -19,9 +19,9 @@ from scipy.optimize import least_squares
 
 from cellmech.errors import SolveError
 from cellmech.figures.style import QUANTITIES
-from cellmech.paper.misfit import log_ratio, misfit, one_sided
-from cellmech.paper.printed import LAWS, RESTS, Paper
 from cellmech.scene.studies import load_study
+from studies.paper.misfit import log_ratio, misfit, one_sided
+from studies.paper.printed import LAWS, RESTS, Paper
 
 EVALUATIONS = 8  # of the residuals at most, per fit; their differences come on top
 STEP = 0.03  # of a finite difference, in ln

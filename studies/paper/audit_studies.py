@@ -5,9 +5,9 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterable
 
-from cellmech.paper.audit import Audit
-from cellmech.paper.choices import MOST_RUNS, Trial, pairs, singles
-from cellmech.paper.study_files import study_text
+from studies.paper.audit import Audit
+from studies.paper.choices import MOST_RUNS, Trial, pairs, singles
+from studies.paper.study_files import study_text
 
 ROWS = "\n".join(
     [
@@ -23,7 +23,7 @@ ROWS = "\n".join(
 def singles_text() -> str:
     """audit.toml."""
     head = f"""The audit, one choice at a time: what the paper leaves open or prints ambiguously, each tried alone.
-Written by "python -m cellmech.paper audit-study". About ten seconds a case: 10 minutes on two cores. End states only.
+Written by "python -m studies.paper audit-study". About ten seconds a case: 10 minutes on two cores. End states only.
 
 {ROWS}
 
@@ -41,7 +41,7 @@ def pairs_text(audit: Audit) -> str:
     found, total = pairs(order), len(pairs(order)) + len(singles())
     names = textwrap.fill(f"Questions in the order of how far they move the numbers: {', '.join(order)}.", 117)
     head = f"""The audit, two choices at a time: those that moved the numbers most alone (results of audit.toml).
-Written by "python -m cellmech.paper audit-pairs". About 15 minutes on two cores. End states only.
+Written by "python -m studies.paper audit-pairs". About 15 minutes on two cores. End states only.
 
 {names}
 Here: the first with every other, and the next two with each other, by the options that stand for their questions;

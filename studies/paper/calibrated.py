@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from cellmech.paper.audit import CLOSE
-from cellmech.paper.calibration import COLLAPSING, DIGITS, LIMIT, LOAD, MAXIMA, SMEAR, TO_STRAINS, TOGETHER, Fit
-from cellmech.paper.printed import LAWS
-from cellmech.paper.section import NONE, Row, Section, significant, tone_of
-from cellmech.paper.study_files import study_text
 from cellmech.results.records import to_csv
+from studies.paper.audit import CLOSE
+from studies.paper.calibration import COLLAPSING, DIGITS, LIMIT, LOAD, MAXIMA, SMEAR, TO_STRAINS, TOGETHER, Fit
+from studies.paper.printed import LAWS
+from studies.paper.section import NONE, Row, Section, significant, tone_of
+from studies.paper.study_files import study_text
 
-MADE = 'Written by "python -m cellmech.paper calibrate".'
+MADE = 'Written by "python -m studies.paper calibrate".'
 NEAR = math.log(2)  # misfit up to which a fit of the load is a scene to look at
 
 

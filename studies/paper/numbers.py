@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from cellmech.figures.style import QUANTITIES
-from cellmech.paper.ours import Ours, Slot
-from cellmech.paper.printed import LAWS, NUCLEUS_PERCENT, RESTS, TABLES, Paper, PrintedRow, half_digit, in_print
-from cellmech.paper.section import NONE, Row, Section, signal, significant, tone_of
+from studies.paper.ours import Ours, Slot
+from studies.paper.printed import LAWS, NUCLEUS_PERCENT, RESTS, TABLES, Paper, PrintedRow, half_digit, in_print
+from studies.paper.section import NONE, Row, Section, signal, significant, tone_of
 
 NAMES = {"sigma": "σ_Mises [Pa]", "SI": "shape index"} | {f"share_{k}": f"share of {k} [%]" for k in ("J1", "J2", "J3")}
 TITLES = {

@@ -9,12 +9,12 @@ from pathlib import Path
 
 from cellmech.errors import InputError
 from cellmech.figures.results import StudyResult
-from cellmech.paper.printed import LAWS, PLACES, PrintedRow, at
 from cellmech.results.result import Result, load
 from cellmech.scene.scene import Scene
 from cellmech.scene.studies import load_study
+from studies.paper.printed import LAWS, PLACES, PrintedRow, at
 
-STUDIES = Path(__file__).resolve().parents[2] / "studies"
+STUDIES = Path(__file__).resolve().parents[1]
 ABSENT = "no result"
 FOLDERS = {  # table -> the studies that have its cases; the first is the one that says which these are
     "fig2": ("fig2", "fig3"),

@@ -1,4 +1,4 @@
-"""The paper's numbers beside ours: python -m cellmech.paper compare|report|audit|audit-study|audit-pairs|calibrate.
+"""The paper's numbers beside ours: python -m studies.paper compare|report|audit|audit-study|audit-pairs|calibrate.
 
 All but `calibrate`, which solves and may run under mpirun, read and write files only and do not need DOLFINx. Exit
 status: 0; 1 when a result is missing, or for `compare` and `report` failed (the output names it); 2 for bad input.
@@ -16,11 +16,11 @@ from typing import Any
 from cellmech.console import bear_any_text, say
 from cellmech.errors import CellmechError, InputError
 from cellmech.names import path_there
-from cellmech.paper.comparison import compare
-from cellmech.paper.ours import STUDIES
-from cellmech.paper.printed import PAPER_NUMBERS, read_paper
 from cellmech.results.records import to_csv, write_whole
 from cellmech.surroundings import open_streams
+from studies.paper.comparison import compare
+from studies.paper.ours import STUDIES
+from studies.paper.printed import PAPER_NUMBERS, read_paper
 
 MOST_FAULTS = 60  # that are named
 Command = Callable[[argparse.Namespace], list[str]]
@@ -45,7 +45,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="python -m cellmech.paper", description="The paper's numbers beside ours.")
+    parser = argparse.ArgumentParser(prog="python -m studies.paper", description="The paper's numbers beside ours.")
     commands = parser.add_subparsers(required=True, metavar="WHAT")
 
     def add(name: str, run: Command, about: str, out: str = "DIR of --results/figures") -> argparse.ArgumentParser:
@@ -87,7 +87,7 @@ def _compare(options: argparse.Namespace) -> list[str]:
 
 
 def _report(options: argparse.Namespace) -> list[str]:
-    from cellmech.paper.report import report_html  # brings Jinja2 and Pillow along
+    from studies.paper.report import report_html  # brings Jinja2 and Pillow along
 
     comparison = compare(options.results, options.paper)
     _write((options.out or options.results) / "report.html", report_html(options.results, comparison))
@@ -96,9 +96,9 @@ def _report(options: argparse.Namespace) -> list[str]:
 
 def _audit(options: argparse.Namespace) -> list[str]:
     from cellmech.figures.style import save, style
-    from cellmech.paper.audit import read_audit
-    from cellmech.paper.audit_picture import draw_audit
-    from cellmech.paper.audit_tables import audit_csv, audit_markdown, reading
+    from studies.paper.audit import read_audit
+    from studies.paper.audit_picture import draw_audit
+    from studies.paper.audit_tables import audit_csv, audit_markdown, reading
 
     audit = read_audit(options.results, read_paper(options.paper), options.studies)
     say("\n".join(reading(audit)))
@@ -111,15 +111,15 @@ def _audit(options: argparse.Namespace) -> list[str]:
 
 
 def _audit_study(options: argparse.Namespace) -> list[str]:
-    from cellmech.paper.audit_studies import singles_text
+    from studies.paper.audit_studies import singles_text
 
     _write((options.out or options.studies) / "audit.toml", singles_text())
     return []
 
 
 def _audit_pairs(options: argparse.Namespace) -> list[str]:
-    from cellmech.paper.audit import read_audit
-    from cellmech.paper.audit_studies import pairs_text
+    from studies.paper.audit import read_audit
+    from studies.paper.audit_studies import pairs_text
 
     audit = read_audit(options.results, read_paper(options.paper), options.studies, pairs=False)
     _write((options.out or options.studies) / "audit-pairs.toml", pairs_text(audit))
@@ -128,7 +128,7 @@ def _audit_pairs(options: argparse.Namespace) -> list[str]:
 
 def _readings(options: argparse.Namespace) -> list[str]:
     from cellmech.fem import started
-    from cellmech.paper import readings
+    from studies.paper import readings
 
     paper, place = read_paper(options.paper), options.results / "readings"
     chosen = _chosen(readings.READINGS, options.only)
@@ -161,7 +161,7 @@ def _chosen(named: Sequence[Any], only: Sequence[str]) -> list[Any]:
 
 
 def _effective_study(options: argparse.Namespace) -> list[str]:
-    from cellmech.paper import readings
+    from studies.paper import readings
 
     text = readings.effective_study(readings.named(readings.EFFECTIVE), read_paper(options.paper))
     _write((options.out or options.studies) / "paper-effective.toml", text)
@@ -169,7 +169,7 @@ def _effective_study(options: argparse.Namespace) -> list[str]:
 
 
 def _stresses(options: argparse.Namespace) -> list[str]:
-    from cellmech.paper import readings, stresses
+    from studies.paper import readings, stresses
 
     section = stresses.stress_section(readings.named(readings.EFFECTIVE), read_paper(options.paper), _say)
     say(section.markdown())
@@ -179,7 +179,7 @@ def _stresses(options: argparse.Namespace) -> list[str]:
 
 
 def _fit_readings(options: argparse.Namespace) -> list[str]:
-    from cellmech.paper import reading_fit, readings
+    from studies.paper import reading_fit, readings
 
     paper, place = read_paper(options.paper), options.results / "reading-fits"
 
@@ -199,9 +199,9 @@ def _calibrate(options: argparse.Namespace) -> list[str]:
     from functools import partial
 
     from cellmech.fem import shared_memory, started
-    from cellmech.paper import calibrated
-    from cellmech.paper.calibration import end_state, fit_all
     from cellmech.scene.studies import load_study
+    from studies.paper import calibrated
+    from studies.paper.calibration import end_state, fit_all
 
     world = started.MPI.COMM_WORLD
     shared_memory.release(world)

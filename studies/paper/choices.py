@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from cellmech.paper.printed import LAWS
+from studies.paper.printed import LAWS
 
 AS_PRINTED = "as-printed"
 MOST_RUNS = 300  # of both studies together

@@ -6,12 +6,12 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from cellmech.paper.bounds import Bounded, bounds
-from cellmech.paper.comparison import Comparison
-from cellmech.paper.numbers import NAMES, TITLES, Number, row_label
-from cellmech.paper.places import TABLE_NAMES, Place
-from cellmech.paper.printed import TABLES, in_print
-from cellmech.paper.section import signal, significant
+from studies.paper.bounds import Bounded, bounds
+from studies.paper.comparison import Comparison
+from studies.paper.numbers import NAMES, TITLES, Number, row_label
+from studies.paper.places import TABLE_NAMES, Place
+from studies.paper.printed import TABLES, in_print
+from studies.paper.section import signal, significant
 
 DECADES = (-4, 2)
 """The scale of ratios, as powers of ten."""

@@ -10,14 +10,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from cellmech.figures.style import PAPER, provenance
-from cellmech.paper.bounds import Bounded, bound_section, bounded_rows, identity_section
-from cellmech.paper.numbers import Number, all_numbers, implied_means, judged, mean_section, number_sections
-from cellmech.paper.ours import Ours, read_ours
-from cellmech.paper.places import TABLE_NAMES, Place, all_places, extremes, place_section
-from cellmech.paper.printed import PAPER_NUMBERS, Paper, at, read_paper
-from cellmech.paper.section import Section, significant
-from cellmech.paper.twins import share_section, twin_section, unsolved_section
 from cellmech.results.records import to_csv
+from studies.paper.bounds import Bounded, bound_section, bounded_rows, identity_section
+from studies.paper.numbers import Number, all_numbers, implied_means, judged, mean_section, number_sections
+from studies.paper.ours import Ours, read_ours
+from studies.paper.places import TABLE_NAMES, Place, all_places, extremes, place_section
+from studies.paper.printed import PAPER_NUMBERS, Paper, at, read_paper
+from studies.paper.section import Section, significant
+from studies.paper.twins import share_section, twin_section, unsolved_section
 
 HOW = (
     "q0 is the value where nothing is deformed: 0 for σ_Mises, 2, 2, 1 for J1, J2, J3, 50, 50, 25 % for their shares. "

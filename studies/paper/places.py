@@ -7,10 +7,10 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from cellmech.paper.numbers import NAMES, Number
-from cellmech.paper.ours import Ours
-from cellmech.paper.printed import RESTS, Paper
-from cellmech.paper.section import NONE, Row, Section, plain, signal, significant, verdict, yes
+from studies.paper.numbers import NAMES, Number
+from studies.paper.ours import Ours
+from studies.paper.printed import RESTS, Paper
+from studies.paper.section import NONE, Row, Section, plain, signal, significant, verdict, yes
 
 TIE = 0.01  # a lead over the runner-up of less than 1 % of the signal is called a near tie
 SWEEPS = ("fig4", "fig6")

@@ -7,13 +7,13 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from cellmech.figures.style import PAPER, provenance
-from cellmech.paper.audit import MAXIMA, Audit, Tried
-from cellmech.paper.bounds import bounds, least_J2
-from cellmech.paper.choices import QUESTIONS, SUBJECTS, Subject
-from cellmech.paper.misfit import log_ratio
-from cellmech.paper.printed import RESTS, in_print
-from cellmech.paper.section import NONE, Row, Section, plain, signal, significant, tone_of, verdict, yes
 from cellmech.results.records import to_csv
+from studies.paper.audit import MAXIMA, Audit, Tried
+from studies.paper.bounds import bounds, least_J2
+from studies.paper.choices import QUESTIONS, SUBJECTS, Subject
+from studies.paper.misfit import log_ratio
+from studies.paper.printed import RESTS, in_print
+from studies.paper.section import NONE, Row, Section, plain, signal, significant, tone_of, verdict, yes
 
 SLIDES = "slides"  # begins the reason of a case that has no equilibrium without friction
 HOW = (

@@ -14,12 +14,12 @@ from cellmech.cell.observables import Observer
 from cellmech.cell.samples import lattice
 from cellmech.fem.jit import PointValues
 from cellmech.mechanics.kinematics import deformation_gradient, green_lagrange
-from cellmech.paper.misfit import LOST, log_ratio
-from cellmech.paper.printed import Paper, PrintedRow
-from cellmech.paper.readings import LIMITS, ROUGH, Reading, misfits, row_settings, within
-from cellmech.paper.section import Row, Section, significant
 from cellmech.runs.library import solve
 from cellmech.scene.keys import put
+from studies.paper.misfit import LOST, log_ratio
+from studies.paper.printed import Paper, PrintedRow
+from studies.paper.readings import LIMITS, ROUGH, Reading, misfits, row_settings, within
+from studies.paper.section import Row, Section, significant
 
 CHOICES = {
     "mixture": "of the whole tensor, σ_zz by the law",

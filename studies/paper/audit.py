@@ -15,13 +15,13 @@ from pathlib import Path
 from cellmech.errors import InputError
 from cellmech.figures.results import StudyResult, read_planned
 from cellmech.figures.style import QUANTITIES
-from cellmech.paper.bounds import Bounded, bounded, bounds
-from cellmech.paper.choices import QUESTIONS, SUBJECTS, Subject, Trial, trial
-from cellmech.paper.misfit import misfit
-from cellmech.paper.ours import STUDIES, Slot
-from cellmech.paper.printed import RESTS, Paper, PrintedRow
 from cellmech.results.result import Result
 from cellmech.scene.studies import load_study
+from studies.paper.bounds import Bounded, bounded, bounds
+from studies.paper.choices import QUESTIONS, SUBJECTS, Subject, Trial, trial
+from studies.paper.misfit import misfit
+from studies.paper.ours import STUDIES, Slot
+from studies.paper.printed import RESTS, Paper, PrintedRow
 
 CLOSE = 0.05
 SINGLES, PAIRS = "audit", "audit-pairs"

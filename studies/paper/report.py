@@ -12,13 +12,13 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from cellmech.errors import InputError
-from cellmech.paper.comparison import HOW, Comparison
-from cellmech.paper.markup import markdown_html
-from cellmech.paper.ours import Slot
-from cellmech.paper.pictures import Picture, embed
-from cellmech.paper.places import TABLE_NAMES
-from cellmech.paper.section import TONES, significant, verdict
-from cellmech.paper.views import bars, extremes, lanes, matrices, ticks
+from studies.paper.comparison import HOW, Comparison
+from studies.paper.markup import markdown_html
+from studies.paper.ours import Slot
+from studies.paper.pictures import Picture, embed
+from studies.paper.places import TABLE_NAMES
+from studies.paper.section import TONES, significant, verdict
+from studies.paper.views import bars, extremes, lanes, matrices, ticks
 
 FIGURES = {  # stem -> what it is, what it must show
     "fig1": ("The cell at rest on its micropillar", "Four layers: membrane, cytosol, lamina, nucleoplasm."),
