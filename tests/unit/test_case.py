@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
+from cellmech.cell.observables import Observer
 from cellmech.cell.setup import Setup
 from cellmech.results.records import CaseFolder
+from cellmech.runs import case as cases
 from cellmech.runs.case import mesh_plan, solve_case
 from cellmech.runs.interrupts import Interrupted
 from cellmech.scene.case import Case
@@ -109,6 +111,14 @@ def test_state_that_only_the_constraint_holds_is_not_the_one_saved(tmp_path, mon
     data = {"cell": {"shape": "full", "law": "saint-venant"}, "mesh": {"size_um": 8.0}}
     case = Case("case", read_scene(data, "test"))
     monkeypatch.setattr(Acceptance, "held", lambda self, amplitude: "slides" if self.run.totals.steps > 2 else "")
+    observe, seen, written = Observer.observe, [], []
+
+    def observe_and_keep(self, t_s):
+        seen.append(self.run.u.copy())
+        return observe(self, t_s)
+
+    monkeypatch.setattr(Observer, "observe", observe_and_keep)
+    monkeypatch.setattr(cases, "write_fields", lambda folder, observer, *rest: written.append(observer.run.u.copy()))
     with closing(CaseFolder(tmp_path, MPI.COMM_SELF)) as folder:
         result = solve_case(case, folder, MPI.COMM_SELF, mesh_plan(case.scene), lambda progress: None)
         folder.flush()
@@ -116,6 +126,7 @@ def test_state_that_only_the_constraint_holds_is_not_the_one_saved(tmp_path, mon
     assert result["status"] == "failed" and result["reason"].startswith("slides; in the last state, which is saved")
     assert len(rows) == result["steps"] == 3 and float(rows[-1]["t_s"]) == result["t_s"]
     assert result["contact"]["force_Pa_x_um"] == float(rows[-1]["contact.force_Pa_x_um"])
+    assert len(seen) == 3 and len(written) == 1 and np.array_equal(written[0], seen[2])
 
 
 def test_case_goes_on_beyond_the_loss_of_ellipticity_where_it_is_asked_to(tmp_path):
