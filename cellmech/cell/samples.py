@@ -149,6 +149,15 @@ class Region:
         row[AREA], row[INTEGRALS] = np.sum(self._area), self._area @ bulk[:, :N]
         return row
 
+    def largest_mises(self, area: float) -> np.ndarray:
+        """This rank's largest sigma_Mises [Pa] and the areas of their points [µm^2], until these exceed `area`.
+
+        Shape (2, n), from the largest on: what lies above an area of the whole region is among the ranks' rows.
+        """
+        rows = np.stack([self.samples.values.reshape(-1, N + 1)[self.bulk, 0], self._area])
+        rows = rows[:, np.argsort(-rows[0], kind="stable")]
+        return rows[:, : int(np.searchsorted(np.cumsum(rows[1]), area, side="right")) + 1]
+
 
 def merge(parts: Sequence[np.ndarray]) -> np.ndarray:
     """Combine the ranks' `Region.local` rows, shape (n_regions, len(row)) each."""
@@ -161,6 +170,14 @@ def merge(parts: Sequence[np.ndarray]) -> np.ndarray:
         total[:, LOWEST] = np.minimum(total[:, LOWEST], part[:, LOWEST])
         total[:, AREA:] += part[:, AREA:]
     return total
+
+
+def exceeded_on(area: float, rows: Sequence[np.ndarray]) -> float:
+    """The smallest of the values that are exceeded on no more than `area` [µm^2]; from all ranks' `largest_mises`."""
+    values, areas = np.concatenate(rows, axis=1)
+    order = np.argsort(-values, kind="stable")
+    above = np.cumsum(areas[order])
+    return float(values[order[min(int(np.searchsorted(above, area, side="right")), len(order) - 1)]])
 
 
 def lattice(n: int) -> tuple[np.ndarray, np.ndarray]:

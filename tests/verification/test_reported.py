@@ -183,6 +183,20 @@ def test_means_are_over_the_reference_area(observers):
     assert result["cell"]["J1_mean"] - 2 == pytest.approx((0.02 * 10) ** 2, rel=2e-3)
 
 
+@pytest.mark.parametrize("apart", [True, False], ids=["meshed apart", "rings"])
+def test_percentile_of_stress_is_of_the_area(apart, monkeypatch):
+    """A stress of r^2: 1 % of a ring's area is outside of a^2 + 0.99 (b^2 - a^2); one row of elements is coarser."""
+    observer = observer_of(apart=apart)
+    for samples in filter(None, (observer.samples, observer._fine)):
+        r = np.linalg.norm(samples.position - np.array(CENTRE), axis=-1)
+        monkeypatch.setattr(samples, "update", lambda values=samples.values, r=r: np.copyto(values[..., 0], r**2))
+    result = observer.observe(1.0)
+    for name, ring in observer.layout.regions.items():
+        inner, outer = ring.inner_um**2, ring.outer_um**2
+        share = (result[name]["sigma_mises_p99_Pa"] - inner) / (outer - inner)
+        assert share == pytest.approx(0.99, abs=0.09 if name in ("lamina", "membrane") else 0.015), name
+
+
 @pytest.mark.parametrize("which", ["half", "third order"])
 def test_maxima_are_found_at_the_nodes_where_they_are(observers, which):
     result = bend(observers[which])
