@@ -132,11 +132,13 @@ def test_model_without_groups_is_a_mesh_error():
 
 
 def test_what_is_no_fault_of_the_mesh_is_no_mesh_error(monkeypatch, tmp_path):
-    """Neither a refusal of the disk nor a bug is a physical result."""
+    """Neither a refusal of the disk nor a bug is a physical result; here with no mesh kept from before."""
+    monkeypatch.setattr("cellmech.mesh.store.kept", lambda spec: None)
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "gone"))
     with pytest.raises(FileNotFoundError, match="gone"):
         build_domain(COARSE, COMM)
     monkeypatch.undo()
+    monkeypatch.setattr("cellmech.mesh.store.kept", lambda spec: None)
     monkeypatch.setattr("cellmech.mesh.geometry.disc_sectors", lambda spec: 1 / 0)
     with pytest.raises(RuntimeError, match=r"^ZeroDivisionError: division by zero$"):
         build_domain(COARSE, COMM)
