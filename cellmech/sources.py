@@ -29,12 +29,13 @@ def modules_behind(name: str, package: Path = PACKAGE) -> dict[str, Path]:
         package: folder of the package.
     """
     found: dict[str, Path] = {}
-    waiting = [name]
+    waiting, seen = [name], set()
     while waiting:
-        one = waiting.pop()
-        for part in _with_packages(one):
-            path = _path(part, package)
-            if path is not None and part not in found:
+        for part in _with_packages(waiting.pop()):
+            if part in seen:
+                continue
+            seen.add(part)
+            if (path := _path(part, package)) is not None:
                 found[part] = path
                 waiting += _imports(path.read_text(encoding="utf-8"), package.name)
     return dict(sorted(found.items()))

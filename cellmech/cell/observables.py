@@ -103,7 +103,7 @@ class Observer:
         order = order_of(body.space)
         self.subdivisions = REPORTED[order]
         reported, (q, w) = lattice(self.subdivisions)[0], quadrature(body.bulk_degree)
-        cells = np.arange(body.domain.mesh.topology.index_map(body.domain.mesh.topology.dim).size_local, dtype=np.int32)
+        cells = body.domain.own_cells
         points, weights = np.vstack([reported, q]), np.concatenate([np.zeros(len(reported)), w])
         self.samples = Samples(run, cells, points, weights, len(reported))
         self.gradient = PressureGradient(run, self.samples, points, order)

@@ -11,8 +11,8 @@ from dolfinx import fem
 
 from cellmech.fem.domain import Domain
 from cellmech.fem.jit import cellwise_space
-from cellmech.mechanics.laws import volume_of
 from cellmech.mechanics.materials import Material, Mixture
+from cellmech.mechanics.stress import measure_of
 
 
 def mixtures(
@@ -29,10 +29,8 @@ def mixtures(
         ValueError: a group without material, blended materials of different laws, or a mixed material whose law has no
             volumetric measure.
     """
-    if unfit := sorted({m.law.__name__ for m in materials.values() if m.mixed and volume_of(m.law) is None}):
-        raise ValueError(
-            f"{unfit[0]} states no volumetric measure (cellmech.mechanics.laws.volumetric): it cannot be mixed"
-        )
+    for law in sorted({m.law for m in materials.values() if m.mixed}, key=lambda law: law.__name__):
+        measure_of(law)
     if blend is not None:
         laws = {(m.law, m.mixed) for m in materials.values()}
         if len(laws) != 1:

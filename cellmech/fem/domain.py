@@ -40,6 +40,11 @@ class Domain:
     facets: dict[str, int]
     quality: dict[str, float]
 
+    @property
+    def own_cells(self) -> np.ndarray:
+        """Numbers of the cells that this rank owns, shape (n,)."""
+        return np.arange(self.mesh.topology.index_map(self.mesh.topology.dim).size_local, dtype=np.int32)
+
     def dx(self, degree: int, names: Iterable[str] | None = None) -> ufl.Measure:
         """Cells of the named groups, all cells by default, with this quadrature degree."""
         return self._measure("dx", self.cell_tags, self.cells, degree, names)
@@ -128,7 +133,6 @@ def check_elements(mesh: Any) -> None:
     found = mesh.comm.allgather([(float(d), *xy) for d, xy in zip(lowest[bad], places.tolist(), strict=True)])
     worst = sorted(element for rank in found for element in rank)
     if worst:
-        elements = mesh.topology.index_map(mesh.topology.dim).size_global
         elements = mesh.topology.index_map(mesh.topology.dim).size_global
         where = ", ".join(f"({x:.4g}, {y:.4g})" for _, x, y in worst[:5]) + (", ..." if len(worst) > 5 else "")
         raise MeshError(

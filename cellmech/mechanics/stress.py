@@ -50,7 +50,9 @@ def measure_of(law: Law) -> VolumeMeasure:
         ValueError: the law states none.
     """
     if (stated := volume_of(law)) is None:
-        raise ValueError(f"{law.__name__} states no volumetric measure (cellmech.mechanics.laws.volumetric)")
+        raise ValueError(
+            f"{law.__name__} states no volumetric measure (cellmech.mechanics.laws.volumetric): it cannot be mixed"
+        )
     return MEASURES[stated]
 
 

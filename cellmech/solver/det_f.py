@@ -22,7 +22,7 @@ class DetFWatch:
         points = np.vstack([inside, node_points(body.space)])
         det_F = ufl.det(deformation_gradient(state.u, body.kinematics))
         self._everywhere, self._inside = (PointValues(det_F, at, mesh.comm) for at in (points, inside))
-        self._cells = np.arange(mesh.topology.index_map(mesh.topology.dim).size_local, dtype=np.int32)
+        self._cells = body.domain.own_cells
         self._place = PointValues(ufl.SpatialCoordinate(mesh), points, mesh.comm)(self._cells)
         self._comm = mesh.comm
         self.worst: tuple[float, float, float] | None = None

@@ -85,7 +85,7 @@ class ElementPressure:
         for vector in vectors:
             vector.destroy()
         of_cell, scale = shear / area**1.5, np.zeros(self.M.getLocalSize()[0])
-        for cell in range(domain.mesh.topology.index_map(domain.mesh.topology.dim).size_local):
+        for cell in domain.own_cells:
             scale[self.p.function_space.dofmap.cell_dofs(cell)] = of_cell[constant.dofmap.cell_dofs(cell)[0]]
         return scale
 

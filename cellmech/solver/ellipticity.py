@@ -106,7 +106,7 @@ class Ellipticity:
         mesh = body.domain.mesh
         points = np.vstack([quadrature(body.bulk_degree)[0], node_points(body.space)])
         self._comm = mesh.comm
-        owned = np.arange(mesh.topology.index_map(mesh.topology.dim).size_local, dtype=np.int32)
+        owned = body.domain.own_cells
         place = PointValues(ufl.SpatialCoordinate(mesh), points, mesh.comm)
         tags, numbers = body.domain.cell_tags, body.domain.cells
         self._layers = {number: whole(name) for name, number in numbers.items()}
@@ -156,7 +156,7 @@ class StabilityWatch:
         mesh, E = body.domain.mesh, green_lagrange(u, body.kinematics)
         self._ellipticity = Ellipticity(body, u)
         self._square = PointValues(ufl.inner(E, E), node_points(body.space), mesh.comm)
-        self._cells = np.arange(mesh.topology.index_map(mesh.topology.dim).size_local, dtype=np.int32)
+        self._cells = body.domain.own_cells
         self._comm = mesh.comm
         self.seen = AT_REST
 
