@@ -8,7 +8,8 @@ import re
 import numpy as np
 from campaign_states import obstacles_of, ramp, weight_per_area
 
-from cellmech.scene.scene import LAYER_NAMES, Scene
+from cellmech.scene.parts import LAYER_NAMES
+from cellmech.scene.scene import Scene
 
 SUPPORTED, SUSPECT, NAMED, CRASH = "verdict supported", "verdict SUSPECT", "round-off named", "crash"
 EPS = float(np.finfo(float).eps)

@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import Any, get_args, get_origin
 
 from cellmech.mechanics.laws import LAWS
-from cellmech.scene.parts import Table
-from cellmech.scene.scene import LAYER_NAMES, Layers, Scene
+from cellmech.scene.parts import LAYER_NAMES, Layers, Table
+from cellmech.scene.scene import Scene
 from cellmech.scene.value_types import Choice, Constants, Flag, Line, Number, Whole
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "scene.md"

@@ -14,7 +14,7 @@ from cellmech.errors import InputError, SolveError
 from cellmech.mechanics.materials import Material
 from cellmech.mechanics.obstacles import Obstacle
 from cellmech.names import plain
-from cellmech.scene.scene import LAYER_NAMES, LayerName
+from cellmech.scene.parts import LAYER_NAMES, LayerName
 
 WHERE = "Additions"
 

@@ -8,7 +8,9 @@ from dataclasses import dataclass
 
 from cellmech.cell.footing import SIZE_OVER_RADIUS
 from cellmech.cell.setup import M_S2, Setup, material, mixed_layers
-from cellmech.scene.scene import AT_REST, LAYER_NAMES, MIXED_ABOVE, Mesh, Scene
+from cellmech.scene.inputs import MIXED_ABOVE
+from cellmech.scene.parts import LAYER_NAMES, Mesh
+from cellmech.scene.scene import AT_REST, Scene
 from cellmech.solver.ellipticity import yeoh_bounds
 from cellmech.solver.simulation import Run
 

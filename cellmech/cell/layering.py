@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from cellmech.mesh.disc import UNIFORM, Grading
-from cellmech.scene.scene import LAYER_NAMES, LayerName, Scene
+from cellmech.scene.parts import LAYER_NAMES, LayerName
+from cellmech.scene.scene import Scene
 
 INSIDE_OUT: tuple[LayerName, ...] = tuple(reversed(LAYER_NAMES))
 MERGED: dict[tuple[LayerName, ...], str] = {("nucleoplasm", "lamina"): "nucleus", ("cytosol", "membrane"): "cytoplasm"}

@@ -29,8 +29,9 @@ from cellmech.mechanics.laws import LAWS
 from cellmech.mechanics.materials import Material
 from cellmech.mechanics.obstacles import Flat, Obstacle, Pillar
 from cellmech.mesh.disc import DiscSpec
+from cellmech.scene.parts import LAYER_NAMES, LayerName
 from cellmech.scene.placement import STEEP, Placement, placement, rest_beside, slope_at, standing
-from cellmech.scene.scene import LAYER_NAMES, LayerName, Scene
+from cellmech.scene.scene import Scene
 from cellmech.solver.rigid_modes import rigid_modes
 from cellmech.solver.schedule import LOAD_STEPS, SMALL, Schedule
 from cellmech.solver.simulation import Run

@@ -12,8 +12,9 @@ from matplotlib.patches import Patch, Rectangle, Wedge
 
 from cellmech.figures.style import LAYER_COLOURS, SMALL, SUBSTRATE, TINY
 from cellmech.figures.substrate import outline_of
+from cellmech.scene.parts import LAYER_NAMES, LayerName, Pillar
 from cellmech.scene.placement import placement, standing
-from cellmech.scene.scene import LAYER_NAMES, LayerName, Pillar, Scene
+from cellmech.scene.scene import Scene
 
 ARROW: dict[str, Any] = dict(arrowstyle="<|-|>", color="black", lw=1.1, shrinkA=0, shrinkB=0, mutation_scale=11)
 LABEL: dict[str, Any] = dict(boxstyle="round,pad=0.15", fc="white", ec="none", alpha=0.85)

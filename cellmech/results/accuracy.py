@@ -15,8 +15,8 @@ from typing import Any, TypeAlias
 from cellmech.errors import InputError
 from cellmech.results.records import flatten
 from cellmech.scene.files import read_scene, scene_to_toml
-from cellmech.scene.parts import MOST_ACROSS
-from cellmech.scene.scene import LAYER_NAMES, Scene
+from cellmech.scene.parts import LAYER_NAMES, MOST_ACROSS
+from cellmech.scene.scene import Scene
 from cellmech.scene.studies import ALL_PARTS, MODELLING, PARTS
 
 MESH_RATIO = math.sqrt(2.0)  # between the sizes of neighbouring meshes

@@ -13,7 +13,8 @@ from pydantic_core import ErrorDetails
 
 from cellmech.errors import InputError
 from cellmech.scene.keys import brief, check_tables, unknown
-from cellmech.scene.scene import LAYER_NAMES, Scene
+from cellmech.scene.parts import LAYER_NAMES
+from cellmech.scene.scene import Scene
 
 
 def read_scene(data: Mapping[str, Any], where: str) -> Scene:

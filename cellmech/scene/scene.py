@@ -6,45 +6,12 @@ from typing import Self
 
 from pydantic import model_validator
 
-from cellmech.scene.inputs import MIXED_ABOVE, Inputs
-from cellmech.scene.parts import (
-    LAYER_NAMES,
-    Cell,
-    Contact,
-    Flat,
-    Law,
-    Layer,
-    LayerName,
-    Layers,
-    Load,
-    Mesh,
-    Output,
-    Pillar,
-    Time,
-)
+from cellmech.scene.inputs import Inputs
+from cellmech.scene.parts import Mesh
 from cellmech.scene.rules import breaches
 from cellmech.scene.value_types import broken
 
 AT_REST = 20.0  # relaxation times after which the fluid's stress is below the Newton tolerance
-
-__all__ = [
-    "AT_REST",
-    "LAYER_NAMES",
-    "MIXED_ABOVE",
-    "Cell",
-    "Contact",
-    "Flat",
-    "Law",
-    "Layer",
-    "LayerName",
-    "Layers",
-    "Load",
-    "Mesh",
-    "Output",
-    "Pillar",
-    "Scene",
-    "Time",
-]
 
 
 class Scene(Inputs):

@@ -11,8 +11,9 @@ from pydantic_core import PydanticCustomError
 
 from cellmech.errors import InputError
 from cellmech.scene.files import read_scene, scene_hash, scene_to_toml
+from cellmech.scene.parts import LAYER_NAMES, Cell, Load, Pillar
 from cellmech.scene.placement import Placement, overlaps, placement, rest_beside
-from cellmech.scene.scene import LAYER_NAMES, Cell, Load, Pillar, Scene
+from cellmech.scene.scene import Scene
 from cellmech.scene.value_types import Number
 
 FILE = "my/scene.toml"

@@ -18,7 +18,7 @@ from cellmech.errors import SolveError
 from cellmech.fem.jit import PointValues
 from cellmech.mechanics.laws import yeoh_in_plane
 from cellmech.scene.files import read_scene
-from cellmech.scene.scene import LAYER_NAMES
+from cellmech.scene.parts import LAYER_NAMES
 from cellmech.solver.ellipticity import StabilityWatch
 from cellmech.solver.simulation import Run
 

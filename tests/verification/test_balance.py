@@ -11,7 +11,7 @@ from cellmech.results.records import CaseFolder
 from cellmech.runs.case import solve_case
 from cellmech.scene.case import Case
 from cellmech.scene.files import read_scene
-from cellmech.scene.scene import LAYER_NAMES
+from cellmech.scene.parts import LAYER_NAMES
 
 COARSE = {"size_um": 6.0}
 
