@@ -50,7 +50,7 @@ def describe_model(setup: Setup, run: Run | None = None, found: Mapping[str, str
         found: warnings that its states have led to.
     """
     scene, cell = setup.scene, setup.scene.cell
-    modelled: dict[str, str] = {"kinematics": "plane strain, finite strain"}
+    modelled: dict[str, str] = {"kinematics": setup.kinematics.words}
     left: dict[str, str] = {}
     own = setup.additions.materials
     for law in scene.laws():

@@ -1,7 +1,7 @@
 """What is reported of a state: maxima, means and shares per region, shape, contact, energies.
 
 Stress and strain are evaluated at fixed points of each element, its nodes or a finer lattice, from that element's own
-gradient and material; the largest value counts and neighbours are never averaged. Means are over the reference area. To
+gradient and material; the largest value counts and neighbours are never averaged. Means are over the reference area, or volume. To
 add an observable: a method that returns a number, called in `Observer.observe`.
 """
 
@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 
 from cellmech.cell.samples import (
-    AREA,
     DET_F,
     INTEGRALS,
     LOWEST,
     MAXIMA,
     PLACES,
     PRESSURE,
+    SIZE,
     STEEPEST,
     PressureGradient,
     Region,
@@ -32,13 +32,14 @@ from cellmech.cell.samples import (
 )
 from cellmech.errors import MeshError
 from cellmech.fem.outline import Outline
+from cellmech.mechanics.kinematics import Kinematics
 from cellmech.mechanics.obstacles import Obstacle, Pillar
 from cellmech.solver.det_f import order_of, quadrature
 from cellmech.solver.simulation import Run
 
 QUANTITIES = {"sigma_mises": "_Pa", "J1": "", "J2": "", "J3": "", "pressure": "_Pa"}  # and their units
 STRAINS = ("J1", "J2", "J3")
-# Share of a region's area above its 99th percentile. The last digits keep the bound off the sums of equal areas, where
+# Share of a region's area or volume above its 99th percentile. The last digits keep the bound off the sums of equal areas, where
 # round-off, another on each number of ranks, would decide between two points.
 ABOVE_P99 = 0.01 * (1 + 1e-9)
 SETTLED = 1e-9  # a maximum over time moves on only for more than this share of its size: round-off is no growth
@@ -53,10 +54,9 @@ class Ring:
     inner_um: float
     outer_um: float
 
-    @property
-    def area_um2(self) -> float:
-        """Of the whole ring [µm^2]."""
-        return float(np.pi * (self.outer_um**2 - self.inner_um**2))
+    def size(self, kinematics: Kinematics) -> float:
+        """Of the whole ring or shell [µm^2 or µm^3]."""
+        return kinematics.ball(self.outer_um) - kinematics.ball(self.inner_um)
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,8 @@ class Layout:
 
     Args:
         centre: of the cell at the start [µm].
-        half: whether half a cell is modelled; totals are doubled then.
+        half: whether its section is half a disc.
+        copies: how many times the modelled part makes the whole cell.
         regions: reported regions by name.
         groups: names of the cell groups a region consists of, for the regions that are meshed apart.
         pillars: obstacles whose distance from the lamina is reported.
@@ -75,16 +76,12 @@ class Layout:
 
     centre: tuple[float, float]
     half: bool
+    copies: int
     regions: Mapping[str, Ring]
     groups: Mapping[str, tuple[str, ...]]
     pillars: tuple[Pillar, ...]
     lift_um: float = 0.0
     slide_um: float = 0.0
-
-    @property
-    def copies(self) -> int:
-        """How many times the modelled part makes the whole cell."""
-        return 2 if self.half else 1
 
 
 class Observer:
@@ -98,7 +95,8 @@ class Observer:
     def __init__(self, run: Run, layout: Layout) -> None:
         self.run, self.layout = run, layout
         body = run.body
-        self.rest = np.array([0.0, *body.kinematics.rest, 0.0])  # what QUANTITIES are in a body at rest
+        self.kinematics = body.kinematics
+        self.rest = np.array([0.0, *self.kinematics.rest, 0.0])  # what QUANTITIES are in a body at rest
         self.comm = body.domain.mesh.comm
         order = order_of(body.space)
         self.subdivisions = REPORTED[order]
@@ -117,7 +115,7 @@ class Observer:
         if name in self.layout.groups:
             numbers = [self.run.body.domain.cells[group] for group in self.layout.groups[name]]
             rows = np.flatnonzero(np.isin(self.samples.groups, numbers))
-            n_points = self.samples.area.shape[1]
+            n_points = self.samples.size.shape[1]
             index = rows[:, None] * n_points + np.arange(n_points)
             peak, bulk = index[:, : self.samples.n_max].ravel(), index[:, self.samples.n_max :].ravel()
             return Region(self.samples, self.gradient, peak, bulk)
@@ -129,8 +127,8 @@ class Observer:
         slack = 1e-6 * ring.outer_um
         inside = (r >= ring.inner_um - slack) & (r <= ring.outer_um + slack) & self._on_the_side_of(ring).ravel()
         index = np.flatnonzero(inside)
-        covered = self.comm.allreduce(float(self._fine.area.reshape(-1)[index].sum()))
-        true = ring.area_um2 / self.layout.copies
+        covered = self.comm.allreduce(float(self._fine.size.reshape(-1)[index].sum()))
+        true = ring.size(self.kinematics) / self.layout.copies
         return Region(self._fine, self.gradient, index, index, true / covered)
 
     def _on_the_side_of(self, ring: Ring) -> np.ndarray:
@@ -184,7 +182,7 @@ class Observer:
 
     def _of_region(self, name: str, t_s: float) -> dict[str, Any]:
         row = self.table[name]
-        maxima, means = row[MAXIMA] + self.rest, row[INTEGRALS] / row[AREA] + self.rest
+        maxima, means = row[MAXIMA] + self.rest, row[INTEGRALS] / row[SIZE] + self.rest
         places = row[PLACES].reshape(-1, 2).tolist()
         values: dict[str, Any] = {}
         for k, (quantity, unit) in enumerate(QUANTITIES.items()):
@@ -200,44 +198,45 @@ class Observer:
             values[f"{quantity}_mean{unit}"] = float(means[k])
         values["pressure_min_Pa"], values["det_F_min"] = (float(value) for value in row[LOWEST])
         values["pressure_gradient_max_Pa_per_um"] = float(row[STEEPEST])
-        values["area_um2"] = float(row[AREA]) * self.layout.copies
+        values[self.kinematics.content] = float(row[SIZE]) * self.layout.copies
         return values
 
     def _percentiles(self) -> dict[str, float]:
-        """The 99th percentile of sigma_Mises over each region's undeformed area [Pa]. Collective.
+        """The 99th percentile of sigma_Mises over each region's undeformed area or volume [Pa]. Collective.
 
         It is the value of a point, never one between two, so ranks agree on it as they do on the stress itself. They
         exchange the points of the upper hundredth only.
         """
-        areas = {name: ABOVE_P99 * float(row[AREA]) for name, row in self.table.items()}
-        local = [region.largest_mises(areas[name]) for name, region in self.regions.items()]
+        sizes = {name: ABOVE_P99 * float(row[SIZE]) for name, row in self.table.items()}
+        local = [region.largest_mises(sizes[name]) for name, region in self.regions.items()]
         parts = self.comm.allgather(local) if self.comm.size > 1 else [local]
-        together = zip(areas.items(), zip(*parts, strict=True), strict=True)
-        return {name: exceeded_on(area, rows) for (name, area), rows in together}
+        together = zip(sizes.items(), zip(*parts, strict=True), strict=True)
+        return {name: exceeded_on(size, rows) for (name, size), rows in together}
 
     def _shares(self) -> dict[str, Any]:
         """The nucleus's part in the cell's deformation, in the paper's sense and in two others.
 
         In the paper's sense most of it is the share of the areas, which are the circles' own: the mesh's would be off
-        by more than the strains add.
+        by more than the strains add. Of a ball it is the share of the volumes.
         """
         nucleus, cell = self.table["nucleus"], self.table["cell"]
-        inner, outer = (self.layout.regions[name].area_um2 / self.layout.copies for name in ("nucleus", "cell"))
-        area, peak, integral = {}, {}, {}
+        inner, outer = (self.layout.regions[name].size(self.kinematics) / self.layout.copies for name in ("nucleus", "cell"))
+        share, peak, integral = {}, {}, {}
         for k, name in enumerate(QUANTITIES):
             if name not in STRAINS:
                 continue
             part, whole = nucleus[INTEGRALS][k], cell[INTEGRALS][k]
-            area[name] = float(100 * (part + self.rest[k] * inner) / outer)
+            share[name] = float(100 * (part + self.rest[k] * inner) / outer)
             peak[name] = float(nucleus[k] / cell[k]) if cell[k] else None
             integral[name] = float(part / whole) if whole else None
-        return {"share_of_area_percent": area, "share_of_max": peak, "share_of_integral": integral}
+        of_size = f"share_of_{self.kinematics.content.split('_')[0]}_percent"
+        return {of_size: share, "share_of_max": peak, "share_of_integral": integral}
 
     def _shape(self) -> tuple[dict[str, float], float | None]:
         """Shape indices of the nucleus outline (eq. 33) and the gap between lamina and pillar on the axis [µm]."""
         length, area = self.nucleus.extent(self.run.state.u)
         bottom, top = (self._position(pole) for pole in self._poles)
-        half_length, half_area = length / (1 if self.layout.half else 2), area / (1 if self.layout.half else 2)
+        half_length, half_area = (whole / (1 if self.layout.half else 2) for whole in (length, area))
         straight = float(np.linalg.norm(top - bottom))
         index = {
             "full": 4 * np.pi * 2 * half_area / (2 * half_length) ** 2,
@@ -252,10 +251,11 @@ class Observer:
         run, layout = self.run, self.layout
         force = run.ledger.contact_force() * layout.copies
         weight = 0.0 - float(run.ledger.load_resultant()[1]) * run.ledger.amplitude * layout.copies
+        unit = self.kinematics.force_unit.replace(" ", "_x_")
         result: dict[str, float | None] = {
-            "force_Pa_x_um": float(force[1]),
-            "lateral_force_Pa_x_um": 0.0 if layout.half else float(force[0]),
-            "weight_Pa_x_um": weight,
+            f"force_{unit}": float(force[1]),
+            f"lateral_force_{unit}": 0.0 if layout.half else float(force[0]),
+            f"weight_{unit}": weight,
             "max_depth_um": None,
             "max_pressure_Pa": None,
             "half_width_um": None,
@@ -269,7 +269,7 @@ class Observer:
             length = run.outline.contact_length_x(run.state.u, obstacles, contact.threshold_um)
             result["max_depth_um"] = max(depth, 0.0)
             result["max_pressure_Pa"] = contact.pressure_at(depth)
-            result["half_width_um"] = length * layout.copies / 2
+            result["half_width_um"] = length if layout.half else length / 2
         return result
 
     def _energy(self) -> dict[str, float | None]:

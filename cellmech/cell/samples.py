@@ -21,11 +21,11 @@ N = 5  # quantities whose maxima and means are reported: the columns before det 
 # A region's numbers in one row, for exchange between ranks:
 MAXIMA, PLACES = slice(0, N), slice(N, 3 * N)  # less their rest values; x, y of each
 STEEPEST, LOWEST = 3 * N, slice(3 * N + 1, 3 * N + 3)  # pressure gradient; pressure, det F
-AREA, INTEGRALS = 3 * N + 3, slice(3 * N + 4, 4 * N + 4)
+SIZE, INTEGRALS = 3 * N + 3, slice(3 * N + 4, 4 * N + 4)
 
 
 def state_quantities(state: State, mixture: Mixture) -> Any:
-    """(sigma_Mises [Pa], J1 - 2, J2 - 2, J3 - 1, pressure [Pa], det F) as a UFL vector.
+    """(sigma_Mises [Pa], J1, J2, J3 less their values at rest, pressure [Pa], det F) as a UFL vector.
 
     sigma_Mises is the von Mises norm of the full 3-D Cauchy stress of the whole mixture, sigma_zz included; the
     pressure is minus a third of its trace. J1, J2, J3 of a mixed solid have the volume of its pressure.
@@ -57,7 +57,8 @@ class Samples:
             self._parts.append((rows, PointValues(state_quantities(state, mixture), points, mesh.comm)))
         place = ufl.as_vector([*ufl.SpatialCoordinate(mesh), ufl.JacobianDeterminant(mesh)])
         placed = PointValues(place, points, mesh.comm)(cells)
-        self.position, self.area = placed[..., :2], np.abs(placed[..., 2]) * weights
+        self.position = placed[..., :2]
+        self.size = np.abs(placed[..., 2]) * weights * body.kinematics.weight(np.moveaxis(self.position, -1, 0))
         self.groups = tags[cells]
         self.values = np.zeros((len(cells), len(points), N + 1))
 
@@ -125,15 +126,15 @@ class Region:
     gradient: PressureGradient
     peak: np.ndarray
     bulk: np.ndarray
-    scale: float = 1.0  # true area over the area that the points stand for
+    scale: float = 1.0  # true size over the size that the points stand for
 
     def __post_init__(self) -> None:
         shape = self.samples.values.shape[1]
         self._rows = np.unique(self.peak // shape)  # of the gradient
-        self._area = self.scale * self.samples.area.reshape(-1)[self.bulk]
+        self._size = self.scale * self.samples.size.reshape(-1)[self.bulk]
 
     def local(self) -> np.ndarray:
-        """This rank's numbers: `MAXIMA`, `PLACES`, `STEEPEST`, `LOWEST`, `AREA`, `INTEGRALS`."""
+        """This rank's numbers: `MAXIMA`, `PLACES`, `STEEPEST`, `LOWEST`, `SIZE`, `INTEGRALS`."""
         row = np.zeros(INTEGRALS.stop)
         if not len(self.peak):
             row[MAXIMA], row[STEEPEST], row[LOWEST] = -np.inf, 0.0, np.inf
@@ -146,17 +147,17 @@ class Region:
         row[STEEPEST] = np.max(np.linalg.norm(self.gradient.values[self._rows], axis=-1))
         row[LOWEST] = np.min(peak[:, N - 1 :], axis=0)
         row[LOWEST.stop - 1] = min(row[LOWEST.stop - 1], np.min(bulk[:, DET_F], initial=np.inf))
-        row[AREA], row[INTEGRALS] = np.sum(self._area), self._area @ bulk[:, :N]
+        row[SIZE], row[INTEGRALS] = np.sum(self._size), self._size @ bulk[:, :N]
         return row
 
-    def largest_mises(self, area: float) -> np.ndarray:
-        """This rank's largest sigma_Mises [Pa] and the areas of their points [µm^2], until these exceed `area`.
+    def largest_mises(self, size: float) -> np.ndarray:
+        """This rank's largest sigma_Mises [Pa] and the sizes of their points [µm^2 or µm^3], until these exceed `size`.
 
-        Shape (2, n), from the largest on: what lies above an area of the whole region is among the ranks' rows.
+        Shape (2, n), from the largest on: what lies above a share of the whole region is among the ranks' rows.
         """
-        rows = np.stack([self.samples.values.reshape(-1, N + 1)[self.bulk, 0], self._area])
+        rows = np.stack([self.samples.values.reshape(-1, N + 1)[self.bulk, 0], self._size])
         rows = rows[:, np.argsort(-rows[0], kind="stable")]
-        return rows[:, : int(np.searchsorted(np.cumsum(rows[1]), area, side="right")) + 1]
+        return rows[:, : int(np.searchsorted(np.cumsum(rows[1]), size, side="right")) + 1]
 
 
 def merge(parts: Sequence[np.ndarray]) -> np.ndarray:
@@ -168,16 +169,16 @@ def merge(parts: Sequence[np.ndarray]) -> np.ndarray:
         total[:, PLACES] = np.where(np.repeat(better, 2, axis=1), part[:, PLACES], total[:, PLACES])
         total[:, STEEPEST] = np.maximum(total[:, STEEPEST], part[:, STEEPEST])
         total[:, LOWEST] = np.minimum(total[:, LOWEST], part[:, LOWEST])
-        total[:, AREA:] += part[:, AREA:]
+        total[:, SIZE:] += part[:, SIZE:]
     return total
 
 
-def exceeded_on(area: float, rows: Sequence[np.ndarray]) -> float:
-    """The smallest of the values that are exceeded on no more than `area` [µm^2]; from all ranks' `largest_mises`."""
-    values, areas = np.concatenate(rows, axis=1)
+def exceeded_on(size: float, rows: Sequence[np.ndarray]) -> float:
+    """The smallest of the values that are exceeded on no more than `size`; from all ranks' `largest_mises`."""
+    values, sizes = np.concatenate(rows, axis=1)
     order = np.argsort(-values, kind="stable")
-    above = np.cumsum(areas[order])
-    return float(values[order[min(int(np.searchsorted(above, area, side="right")), len(order) - 1)]])
+    above = np.cumsum(sizes[order])
+    return float(values[order[min(int(np.searchsorted(above, size, side="right")), len(order) - 1)]])
 
 
 def lattice(n: int) -> tuple[np.ndarray, np.ndarray]:

@@ -25,6 +25,7 @@ from cellmech.fem.jit import displacement_space, pressure_space
 from cellmech.fem.outline import Outline
 from cellmech.mechanics.balance import Body
 from cellmech.mechanics.contact import Contact, smooth_step
+from cellmech.mechanics.kinematics import GEOMETRIES
 from cellmech.mechanics.laws import LAWS
 from cellmech.mechanics.materials import Material
 from cellmech.mechanics.obstacles import Flat, Obstacle, Pillar
@@ -100,9 +101,9 @@ def smeared_weights(scene: Scene, domain: Domain, centre: tuple[float, float]) -
 
 
 def obstacles_of(scene: Scene) -> dict[str, Obstacle]:
-    """The scene's obstacles by label; a half cell's pillars are mirrored at x = 0."""
+    """The scene's obstacles by label; a half cell's pillars are mirrored at x = 0, unless they are turned about it."""
     found: dict[str, Obstacle] = {}
-    for stand in standing(scene.cell.shape == "half", scene.pillar):
+    for stand in standing(scene.copies == 2, scene.pillar):
         found[f"pillar {stand.pillar}" + (" mirrored" if stand.mirrored else "")] = stand.arch
     if scene.flat is not None:
         found["flat"] = Flat(scene.flat.y_um)
@@ -133,13 +134,14 @@ class Setup:
 
     def __init__(self, scene: Scene, comm: MPI.Comm, plan: MeshPlan, additions: Additions = NONE) -> None:
         self.scene, self.half, self.additions = scene, scene.cell.shape == "half", additions
+        self.kinematics = GEOMETRIES[scene.cell.geometry]
         self.place: Placement = placement(scene)
         self.lift_um = scene.cell.gap_um if self.place.touch and not scene.cell.inertia else 0.0
         self.centre = (self.place.centre_x_um, self.place.centre_y_um - self.lift_um)
         self.interfaces = plan.interfaces(scene)
         density = scene.cell.density_kg_m3 - scene.cell.medium_density_kg_m3
         self.force_density = density * KG_M3 * scene.load.gravity_m_s2 * M_S2 * scene.load.factor
-        self.weight = self.force_density * math.pi * scene.radius_um**2
+        self.weight = self.force_density * self.kinematics.ball(scene.radius_um)
         self.contact = self._contact()
         standard = DiscSpec(
             shape=scene.cell.shape,
@@ -180,13 +182,13 @@ class Setup:
     @property
     def dofs(self) -> int:
         """Unknowns of the whole mesh."""
-        return int(self.body.space.dofmap.index_map.size_global) * 2
+        return int(self.body.space.dofmap.index_map.size_global) * self.kinematics.components
 
     @property
     def force_scale(self) -> float:
-        """What residuals are measured by [Pa µm]: the weight modelled, or a stiffness if there is none."""
+        """What residuals are measured by [Pa µm or pN]: the weight modelled, or a stiffness if there is none."""
         soft = min(map(self.scene.layer_young_Pa, LAYER_NAMES))
-        return abs(self.weight) / (2 if self.half else 1) or 1e-3 * soft
+        return abs(self.weight) / self.scene.copies or 1e-3 * soft
 
     def _body(self) -> tuple[Body, list[Obstacle]]:
         scene, domain = self.scene, self.domain
@@ -210,6 +212,7 @@ class Setup:
             bulk_degree=scene.mesh.quadrature_degree,
             contact_degree=scene.contact.quadrature_degree,
             pressure_space=pressure_space(domain.mesh) if mixed else None,
+            kinematics=self.kinematics,
         )
         outline, rest = Outline(domain, space, "outer"), fem.Function(space)
         gap = -max(self.contact.width, NEAR * scene.radius_um)
@@ -278,7 +281,7 @@ class Setup:
         pieces = {name: tuple(n for n in apart if whole(n) == name) for name in INSIDE_OUT}
         groups |= {name: own for name, own in pieces.items() if own}
         pillars = tuple(o for o in self.obstacles.values() if isinstance(o, Pillar))
-        return Layout(self.centre, self.half, regions, groups, pillars, self.lift_um, self.place.slide_um)
+        return Layout(self.centre, self.half, scene.copies, regions, groups, pillars, self.lift_um, self.place.slide_um)
 
     def schedule(self) -> Schedule:
         """Times to land on, and the tolerance."""

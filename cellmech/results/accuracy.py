@@ -27,6 +27,7 @@ ORDERS = (1.0, 5.0)  # observed orders of the mesh that an extrapolation is trus
 BUDGET, SMALL, SMALL_BUDGET = 0.01, 1e-4, 1e-6  # 1 % of |q - q0|; for a J with |q - q0| below SMALL, absolute
 
 TABLES = ("share_of_area_percent", "share_of_max", "share_of_integral", "shape_index", "contact", "energy")
+OF_VOLUMES = "share_of_volume_percent"  # outside plane strain, instead of the areas
 REGIONS = ("nucleus", *reversed(LAYER_NAMES), "cell")
 NOT_ASSESSED = ("balance_error", "max_time_s", "_at_um.x", "_at_um.y")  # errors themselves, and where and when
 SHAPE_AT_REST = {"full": 1.0, "half_outline": 2 * math.pi**2 / (math.pi + 2) ** 2, "half_area_full_perimeter": 0.5}
@@ -207,7 +208,8 @@ def _mesh_error(value: float, fine: float | None, finest: float | None) -> tuple
 
 def numbers(result: Result) -> dict[str, float]:
     """The scalars of a result that have an error, by dotted key."""
-    tables = {name: result[name] for name in (*REGIONS, *TABLES) if isinstance(result.get(name), Mapping)}
+    known = (*REGIONS, *TABLES, OF_VOLUMES)
+    tables = {name: result[name] for name in known if isinstance(result.get(name), Mapping)}
     tables["lamina_pillar_distance_um"] = result.get("lamina_pillar_distance_um")
     return {
         key: float(value)
@@ -218,15 +220,16 @@ def numbers(result: Result) -> dict[str, float]:
 
 def _values_at_rest(base: Result) -> Any:
     """A function: the value at rest of a scalar by its key, 0 for what is no strain or shape."""
-    strains = {"J1": 2.0, "J2": 2.0, "J3": 1.0}
+    strains = base.get("rest") or {}
     nucleus, cell = base.get("nucleus") or {}, base.get("cell") or {}
-    percent = 100 * nucleus.get("area_um2", 0.0) / cell.get("area_um2", math.inf)
+    content = "area_um2" if "area_um2" in cell else "volume_um3"
+    percent = 100 * nucleus.get(content, 0.0) / cell.get(content, math.inf)
 
     def rest(key: str) -> float:
         table, _, name = key.rpartition(".")
         if table == "shape_index":
             return SHAPE_AT_REST.get(name, 0.0)
-        if table == "share_of_area_percent":
+        if table in ("share_of_area_percent", OF_VOLUMES):
             return percent * strains.get(name, 0.0)
         return strains.get(name.split("_")[0], 0.0) if table in REGIONS else 0.0
 

@@ -28,7 +28,7 @@ RESULT, HISTORY, LOG, CHECKPOINT = "result.json", "history.csv", "run.log", "che
 DATA = (HISTORY, "fields.*", "fields_*")  # files that result.json vouches for
 FROM_AN_EARLIER_RUN = (RESULT, CHECKPOINT, *DATA, f"{PARTIAL}*")
 TEXTS = ("stability.layer",)
-NO_SCALARS = ("schema", "scene", "versions", "model", "accuracy")  # of result.json: where a result comes from
+NO_SCALARS = ("schema", "scene", "rest", "versions", "model", "accuracy")  # of result.json: where a result comes from
 
 
 def write_whole(path: Path, text: str, durable: bool = True) -> None:

@@ -24,7 +24,7 @@ from cellmech import __version__
 from cellmech.cell.additions import Additions
 from cellmech.cell.description import describe_model
 from cellmech.cell.layering import MeshPlan, mesh_plan
-from cellmech.cell.observables import Observer
+from cellmech.cell.observables import STRAINS, Observer
 from cellmech.cell.setup import NONE, Setup
 from cellmech.errors import SolveError
 from cellmech.results import checkpoint
@@ -199,6 +199,8 @@ def _provenance(case: Case, setup: Setup, run: Run | None, comm: MPI.Comm, found
         "schema": 1,
         "case": case.name,
         "scene": case.scene.model_dump(mode="json", by_alias=True),
+        "geometry": case.scene.cell.geometry,
+        "rest": dict(zip(STRAINS, setup.kinematics.rest, strict=True)),
         "t_s": run.t if run is not None else 0.0,
         "steps": totals.steps if totals else 0,
         "rejected_steps": totals.rejected_steps + totals.failed_solves if totals else 0,

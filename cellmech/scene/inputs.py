@@ -118,6 +118,11 @@ class Inputs(Table):
         return self.layer_of(inside[0]).outer_radius_um if inside else 0.0
 
     @property
+    def copies(self) -> int:
+        """How many of what is modelled make the whole cell; a half disc turned about its axis is all of it."""
+        return 2 if self.cell.shape == "half" and self.cell.geometry == "plane" else 1
+
+    @property
     def radius_um(self) -> float:
         """Radius of the cell [µm]."""
         return self.layer.membrane.outer_radius_um

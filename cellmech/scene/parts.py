@@ -45,6 +45,8 @@ class Table(BaseModel):
 class Cell(Table):
     """The cell as a whole: position, density, law, fluid phase."""
 
+    geometry: Annotated[Literal["plane", "axisymmetric"], Choice()] = "plane"
+    """A cylinder on endless ridges as the paper's (plane strain), or a ball on a round pillar, rings or a flat."""
     shape: Annotated[Literal["half", "full"], Choice()] = "half"
     """Model half a cell and its mirror image at x = 0, or the full cell."""
     gap_um: Position = 0.0

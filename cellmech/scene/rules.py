@@ -31,6 +31,7 @@ class Breach(NamedTuple):
 
 def breaches(scene: Inputs) -> Iterator[Breach]:
     """The rules the scene breaks, the ones that explain others first; nothing is computed before it is asked for."""
+    yield from _geometry(scene)
     yield from _radii(scene)
     yield from _constants(scene)
     yield from _smearing(scene)
@@ -41,6 +42,22 @@ def breaches(scene: Inputs) -> Iterator[Breach]:
     yield from _mesh(scene)
     yield from _times(scene)
     yield from _history(scene)
+
+
+def _geometry(scene: Inputs) -> Iterator[Breach]:
+    """What makes sense in a plane only, and what only there is no axis."""
+    cell = scene.cell
+    if cell.geometry == "plane":
+        return
+    if cell.shape != "half":
+        hint = "The half disc is turned about x = 0 and makes the whole cell."
+        yield Breach("cell.shape", 'must be "half" where cell.geometry is axisymmetric', cell.shape, hint)
+    if cell.trace != "3d":
+        yield Breach("cell.trace", 'must be "3d" where cell.geometry is axisymmetric', cell.trace, "It has no plane.")
+    for i, pillar in enumerate(scene.pillar):
+        if pillar.x_um < 0.0:
+            rule = "must be >= 0 µm, the radius of its ring, where cell.geometry is axisymmetric"
+            yield Breach(f"pillar.{i}.x_um", rule, pillar.x_um, "0 is a round pillar on the axis.")
 
 
 def _radii(scene: Inputs) -> Iterator[Breach]:
@@ -147,7 +164,8 @@ def _pillar_breach(scene: Inputs, one: Standing, other: Standing) -> Breach:
     name = f"pillar.{other.pillar}"
     if other.mirrored:
         name = ("its own mirror image" if one.pillar == other.pillar else f"the mirror image of {name}") + " at x = 0"
-        hint += " A half cell mirrors its pillars."
+        mirrors = "A half cell mirrors its pillars."
+        hint += f" {mirrors if scene.cell.geometry == 'plane' else 'Off the axis a pillar is a ring.'}"
     return Breach(f"pillar.{one.pillar}.x_um", f"must not overlap {name} (µm)", scene.pillar[one.pillar].x_um, hint)
 
 

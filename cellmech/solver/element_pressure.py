@@ -25,7 +25,8 @@ from petsc4py import PETSc
 
 from cellmech.fem.domain import Domain
 from cellmech.fem.jit import cellwise_space, compile_form
-from cellmech.mechanics.kinematics import Kinematics, green_lagrange
+from cellmech.mechanics.balance import Body
+from cellmech.mechanics.kinematics import green_lagrange
 from cellmech.mechanics.materials import Mixture
 
 
@@ -33,34 +34,22 @@ class ElementPressure:
     """p [Pa], positive in tension, and the equation M p = b(u) that ties it to the displacement in each element.
 
     Args:
-        domain: mesh and groups.
-        mixtures: materials; p is 0 where they are not mixed.
-        space: of p, discontinuous.
+        body: with a space of p, which is 0 where materials are not mixed.
         u: displacement [µm], made of the unknown.
         unknown: what Newton's method looks for [µm].
-        degree: quadrature degree.
-        kinematics: what the mesh means in space.
     """
 
-    def __init__(
-        self,
-        domain: Domain,
-        mixtures: Sequence[Mixture],
-        space: fem.FunctionSpace,
-        u: Any,
-        unknown: fem.Function,
-        degree: int,
-        kinematics: Kinematics,
-    ) -> None:
-        self.p = fem.Function(space)
-        self._comm, q, r = domain.mesh.comm, ufl.TestFunction(space), ufl.TrialFunction(space)
-        E, none = green_lagrange(u, kinematics), fem.Constant(domain.mesh, 0.0)
-        dilatation, compliance = none * q * domain.dx(degree), none * q * r * domain.dx(degree)  # in every cell
-        for m in mixtures:
+    def __init__(self, body: Body, u: Any, unknown: fem.Function) -> None:
+        domain, over = body.domain, body.over
+        self.p = fem.Function(body.pressure_space)
+        q, r = ufl.TestFunction(body.pressure_space), ufl.TrialFunction(body.pressure_space)
+        self._comm, none = domain.mesh.comm, fem.Constant(domain.mesh, 0.0)
+        E = green_lagrange(u, body.kinematics)
+        dilatation, compliance = over(none * q), over(none * q * r)  # in every cell
+        for m in body.mixtures:
             if m.mixed:
-                dx = domain.dx(degree, m.names)
-                dilatation += m.solid_fraction * m.volumetric(E) * q * dx
-                compliance += m.solid_fraction / m.constants["lmbda"] * q * r * dx
+                dilatation += over(m.solid_fraction * m.volumetric(E) * q, m.names)
+                compliance += over(m.solid_fraction / m.constants["lmbda"] * q * r, m.names)
         self._b = compile_form(dilatation, self._comm)
         self._dilatation = petsc.create_vector(self._b)
         self.M = petsc.assemble_matrix(compile_form(compliance, self._comm))
@@ -69,10 +58,10 @@ class ElementPressure:
         du = ufl.TrialFunction(unknown.function_space)
         self._gradient = compile_form(ufl.derivative(dilatation, unknown, du), self._comm)
         self.B = petsc.create_matrix(self._gradient)
-        self.scale = self._scale(domain, mixtures, degree)
+        self.scale = self._scale(domain, body.mixtures, body.bulk_degree)
 
     def _scale(self, domain: Domain, mixtures: Sequence[Mixture], degree: int) -> np.ndarray:
-        """mu/h [Pa/µm] of each own unknown: brings the gap [µm^2] to what it means in force [Pa µm]."""
+        """mu/h [Pa/µm] of each own unknown: brings the gap to what it means in force."""
         constant = cellwise_space(domain.mesh)
         one, none = ufl.TestFunction(constant), fem.Constant(domain.mesh, 0.0)
         stiffness = none * one * domain.dx(degree)
@@ -104,7 +93,7 @@ class ElementPressure:
         self.p.x.scatter_forward()
 
     def gap(self) -> np.ndarray:
-        """b(u) - M p [µm^2], own unknowns: what is still to be met. Collective."""
+        """b(u) - M p [µm^2 or µm^3], own unknowns: what is still to be met. Collective."""
         self._assemble()
         p, gap = self.M.createVecs()
         p.setArray(self.values)

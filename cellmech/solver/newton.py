@@ -49,7 +49,7 @@ class Outcome:
         converged: whether the residual met the tolerance.
         iterations: Newton iterations.
         factorisations: tangents assembled and factorised.
-        residual: its 2-norm at the end [Pa µm].
+        residual: its 2-norm at the end [Pa µm or pN].
         reason: why it did not converge, in physical terms; "" otherwise.
         drowned: whether round-off is why: no other step or guess will help.
     """
@@ -68,7 +68,7 @@ class Solver:
     Args:
         body: the problem.
         state: its displacements; `state.u` is the first guess and receives the solution.
-        force_scale: a force per depth of the problem [Pa µm], used where there is no dead load.
+        force_scale: a force of the problem [Pa µm or pN], used where there is no dead load.
         tolerance: the residual's 2-norm is brought below this share of the load's 2-norm at the time [-]; without a
             dead load, of the force scale. Where round-off forbids that, below `BALANCED` of it.
         modes: rigid motions to take out.
@@ -338,7 +338,9 @@ class Solver:
 
     def _drowning(self, residual: float) -> str:
         """What round-off hides, and what it would not."""
-        text = f"{ROUND_OFF} keeps forces of {residual:.2g} Pa um out of balance beside a load of {self._sum:.2g} Pa um"
+        unit = self.body.kinematics.force_unit
+        forces = f"forces of {residual:.2g} {unit} out of balance beside a load of {self._sum:.2g} {unit}"
+        text = f"{ROUND_OFF} keeps {forces}"
         if not self._sum:
             return text
         times = residual / (BALANCED * self._sum)

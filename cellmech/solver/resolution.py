@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import ufl
@@ -57,7 +59,8 @@ def stretches(run: Run, axis: float | None) -> list[Stretch]:
     mine = np.flatnonzero(np.any(deep > 0.0, axis=1))
     parts = run.comm.allgather((outline.reference[mine, :2], place[mine], deep[mine]))
     ends, place, deep = (np.concatenate(column) for column in zip(*parts, strict=True))
-    found = [_stretch(contact, *piece) for piece in _pieces(ends, place, deep, axis)]
+    weight = run.body.kinematics.weight
+    found = [_stretch(contact, weight, *piece) for piece in _pieces(ends, place, deep, axis)]
     total = sum(one.share for one in found)
     return [Stretch(one.edges, one.share / total, one.half_width_um, one.depth_um) for one in found if total > 0.0]
 
@@ -84,11 +87,13 @@ def _pieces(
     return pieces
 
 
-def _stretch(contact: Contact, x: np.ndarray, d: np.ndarray, on_axis: bool) -> Stretch:
+def _stretch(
+    contact: Contact, weight: Callable[[np.ndarray], Any], x: np.ndarray, d: np.ndarray, on_axis: bool
+) -> Stretch:
     peak, last = int(np.argmax(d)), len(d) - 1
     edges = (last - peak + 1) / SAMPLES if on_axis else (min(peak, last - peak) + 1) / SAMPLES
     length = np.linalg.norm(np.diff(x, axis=0), axis=1)
-    pressure = np.array([contact.pressure_at(float(depth + contact.threshold_um)) for depth in d])
+    pressure = np.array([contact.pressure_at(float(depth + contact.threshold_um)) for depth in d]) * weight(x.T)
     force = float(np.sum((pressure[1:] + pressure[:-1]) / 2 * length)) or float(pressure.max())
     width = float(length.sum())
     return Stretch(edges, force, width if on_axis else width / 2, float(d.max()))
@@ -109,12 +114,12 @@ def missed(run: Run) -> float:
 
 
 def _finely_on_the_outline(run: Run) -> np.ndarray:
-    """The force of the surface form [Pa µm], integrated anew over the deformed outline; shape (2,). Collective."""
+    """The force of the surface form [Pa µm or pN], integrated anew over the deformed outline; shape (2,). Collective."""
     contact = run.body.contact
     assert contact is not None
     nodes, (s, weight) = run.outline.nodes(run.state.u), np.polynomial.legendre.leggauss(BETWEEN)
     x, tangent = along(nodes, (s + 1) / 2), slope(nodes, (s + 1) / 2)
-    length = np.linalg.norm(tangent, axis=-1) * weight / 2
+    length = np.linalg.norm(tangent, axis=-1) * weight / 2 * run.body.kinematics.weight(np.moveaxis(x, -1, 0))
     pressure_at = np.vectorize(contact.pressure_at, otypes=[float])
     force = np.zeros(2)
     for obstacle in run.body.obstacles:
@@ -127,7 +132,7 @@ def _finely_on_the_outline(run: Run) -> np.ndarray:
 
 
 def _finely_inside(run: Run) -> np.ndarray:
-    """The force of the volume forms [Pa µm] by quadrature of a higher degree, shape (2,). Collective."""
+    """The force of the volume forms [Pa µm or pN] by quadrature of a higher degree, shape (2,). Collective."""
     w, body = ufl.TestFunction(run.body.space), replace(run.body, contact_degree=INSIDE * run.body.contact_degree)
     values = owned_values(compile_form(contact_work(body, run.state, w), run.comm))
     return run.comm.allreduce(values.reshape(-1, 2).sum(axis=0))

@@ -35,7 +35,7 @@ class Run:
     Args:
         body: the problem with the obstacles that are in reach at the start.
         schedule: end, landings, tolerance.
-        force_scale: a force per depth such as the weight [Pa µm].
+        force_scale: a force such as the weight [Pa µm or pN].
         out_of_reach: further obstacles; each enters the problem when the body comes to it.
         modes: makes the rigid modes to take out, if any.
         touching: whether the body, at rest, touches an obstacle, and does not fall onto it.

@@ -96,9 +96,7 @@ class State:
         self.free = free_translations(body)
         self.pressure: ElementPressure | None = None
         if body.pressure_space is not None:
-            u = self.now.written, self.now.part
-            made = body.domain, body.mixtures, body.pressure_space
-            self.pressure = ElementPressure(*made, *u, body.bulk_degree, body.kinematics)
+            self.pressure = ElementPressure(body, self.now.written, self.now.part)
 
     @property
     def p(self) -> fem.Function | None:
