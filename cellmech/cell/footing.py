@@ -1,10 +1,12 @@
 """How wide the cell's contact with each obstacle will be, before anything is solved, and what mesh that asks for.
 
 A frictionless contact of the half-plane with a profile whose gap grows like g(t) beside the first touch bears
-P(a) = E* ∫_0^a t g'(t) / sqrt(a^2 - t^2) dt at the half-width a (Hertz: g = t^2/2R gives P = pi E* a^2/4R). With the
+P(a) = E* ∫_0^a t g'(t) / sqrt(a^2 - t^2) dt at the half-width a (Hertz: g = t^2/2R gives P = pi E* a^2/4R), and one of the half-space that is round about its first
+touch the force F(a) = 2 E* ∫_0^a t^2 g'(t) / sqrt(a^2 - t^2) dt (Hertz: 4 E* a^3/3R). With the
 cytosol's modulus this is within a tenth of the solved half-width for pillars 0.5 to 20 µm wide under Table 1. A penalty
 bears its load over a width of its own, which is larger under light loads and on narrow pillars.
-Source: Barber, Contact Mechanics (2018), 6.2, for symmetric profiles; the penalty's integral is ours.
+Sources: Barber, Contact Mechanics (2018), 6.2, for symmetric profiles; Sneddon, Int. J. Engng Sci. 3 (1965) 47-57, for
+round ones; the penalty's integral is ours.
 """
 
 from __future__ import annotations
@@ -39,6 +41,7 @@ class Profile(NamedTuple):
         x: of the first touch [µm].
         side: 1 to the right, -1 to the left.
         stretch: length along the surfaces over that along x, 1 at the cell's bottom [-].
+        around: whether the surfaces are turned about their first touch: a ball's contact on its axis.
     """
 
     cell: Pillar
@@ -46,6 +49,7 @@ class Profile(NamedTuple):
     x: float
     side: int
     stretch: float
+    around: bool = False
 
     def slope(self, t: float) -> float:
         """dg/dt at the distance t along the surfaces [-], infinite where one of them ends."""
@@ -84,7 +88,7 @@ def follow(spec: DiscSpec, scene: Scene, load: float, pressure: Callable[[float]
     Args:
         spec: the disc.
         scene: what it is to be.
-        load: the whole weight [Pa µm].
+        load: the whole weight [Pa µm or pN].
         pressure: of the contact, as a function of the depth [Pa].
     """
     order, radius = scene.mesh.order, scene.radius_um
@@ -107,10 +111,10 @@ def feet(scene: Scene, load: float, pressure: Callable[[float], float]) -> tuple
 
     Args:
         scene: with any number of obstacles; those that the cell cannot sink to are left out.
-        load: the whole weight [Pa µm].
+        load: the whole weight [Pa µm or pN].
         pressure: of the contact, as a function of the depth [Pa].
     """
-    radius, x0 = scene.radius_um, scene.cell.centre_x_um
+    radius, x0, turned = scene.radius_um, scene.cell.centre_x_um, scene.cell.geometry == "axisymmetric"
     half = scene.cell.shape == "half"
     cell = Pillar(x0, 0.0, radius, radius, 2.0)
     arches: list[Pillar | None] = [stand.arch for stand in standing(half, scene.pillar)]
@@ -125,16 +129,19 @@ def feet(scene: Scene, load: float, pressure: Callable[[float], float]) -> tuple
     if load <= 0.0 or not touches:
         return ()
     top, modulus = max(level for level, _, _ in touches), modulus_of(scene)
-    bearing = [touch for touch in touches if top - touch[0] <= _settles(load, modulus, radius)]
-    n = sum(2 if half and x > 0.0 else 1 for _, x, _ in bearing)
+    per_depth = load / (math.pi * radius) if turned else load  # of a ball about that of its middle slice
+    bearing = [touch for touch in touches if top - touch[0] <= _settles(per_depth, modulus, radius)]
+    n = sum(scene.copies if x > 0.0 else 1 for _, x, _ in bearing)
     found = []
     for _, x, arch in bearing:
         stretch = radius / max(cell.rise(x), 0.05 * radius)
-        share = load * stretch / n
+        around = turned and x == 0.0
+        whole = load if around or not turned else load / (2 * math.pi * x)  # of a ring, per length of it
+        share = whole * stretch / n
         least, most = (
-            (BEARS[0] * share, BEARS[1] * share) if n == 1 else (BEARS_LATER * share, BEARS[1] * load * stretch)
+            (BEARS[0] * share, BEARS[1] * share) if n == 1 else (BEARS_LATER * share, BEARS[1] * whole * stretch)
         )
-        sides = [Profile(cell, arch, x, side, stretch) for side in ((1, -1) if x != x0 else (1,))]
+        sides = [Profile(cell, arch, x, side, stretch, around) for side in ((1, -1) if x != x0 else (1,))]
         widths = [[half_width(p, side, modulus, pressure, radius) for p in (least, share, most)] for side in sides]
         scale = min(_scale(side, row[1]) for side, row in zip(sides, widths, strict=True))
         edges = min(row[0] for row in widths), max(row[2] for row in widths)
@@ -148,7 +155,7 @@ def half_width(
     """Half-width of a contact [µm]: the elastic one, or that of the penalty on rigid surfaces where it is larger.
 
     Args:
-        load: on the contact, both sides [Pa µm].
+        load: on the contact, both sides, or all around [Pa µm or pN].
         profile: of the surfaces.
         modulus: E/(1 - nu^2) of the cell [Pa].
         pressure: of the contact, as a function of the depth [Pa].
@@ -156,13 +163,16 @@ def half_width(
     """
 
     def elastic(a: float) -> float:
-        angles = ((k + 0.5) * math.pi / (2 * POINTS) for k in range(POINTS))
-        return modulus * a * sum(s * profile.slope(a * s) for s in map(math.sin, angles)) * math.pi / (2 * POINTS)
+        sines = [math.sin((k + 0.5) * math.pi / (2 * POINTS)) for k in range(POINTS)]
+        if profile.around:
+            return 2 * modulus * a**2 * sum(s * s * profile.slope(a * s) for s in sines) * math.pi / (2 * POINTS)
+        return modulus * a * sum(s * profile.slope(a * s) for s in sines) * math.pi / (2 * POINTS)
 
     def penalty(a: float) -> float:
         depth = profile.gap(a)
         points = (a * (k + 0.5) / POINTS for k in range(POINTS))
-        return 2.0 * sum(pressure(depth - profile.gap(t)) for t in points) * a / POINTS
+        across = 2 * math.pi if profile.around else 2.0
+        return across * sum((t if profile.around else 1.0) * pressure(depth - profile.gap(t)) for t in points) * a / POINTS
 
     a = _where(elastic, load, radius)
     return a if penalty(a) >= load else _where(penalty, load, radius)

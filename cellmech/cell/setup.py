@@ -165,7 +165,7 @@ class Setup:
     def _contact_zone_um(self) -> float:
         """Radius of the finely meshed zone [µm]: somewhat more than Hertz's half-width on the cytosol's solid."""
         radius, modulus = self.scene.radius_um, modulus_of(self.scene)
-        half_width = 2.0 * math.sqrt(abs(self.weight) * radius / (math.pi * modulus))
+        half_width = self.kinematics.hertz_um(abs(self.weight), radius, modulus)
         return radius * min(max(ZONE_OVER_HERTZ * half_width / radius, 0.1), 1.0)
 
     def _contact(self) -> Contact:

@@ -82,6 +82,30 @@ class Invariants:
         return excess(t, 0.0)
 
 
+@dataclass(frozen=True)
+class GivenInvariants(Invariants):
+    """The same as functions of tr E, tr E^2 and det E themselves, to be differentiated by them."""
+
+    first: Any
+    squares: Any
+    determinant: Any
+
+    @property
+    def trace(self):
+        """See `Invariants`."""
+        return self.first
+
+    @property
+    def square(self):
+        """See `Invariants`."""
+        return self.squares
+
+    @property
+    def third(self):
+        """See `Invariants`."""
+        return self.determinant
+
+
 def excess(t, a: float):
     """t - ((1 + t)^a - 1)/a [-], with the limit t - ln(1 + t) at a = 0, to full precision at small t.
 

@@ -58,6 +58,9 @@ class Kinematics(Protocol):
     def ball(self, radius: float) -> float:
         """Size of a whole round body [µm^2 or µm^3]."""
 
+    def hertz_um(self, force: float, radius: float, modulus: float) -> float:
+        """Half-width of the contact of a round body on a rigid flat [µm], modulus E/(1 - nu^2) [Pa] (Hertz)."""
+
 
 @dataclass(frozen=True)
 class PlaneStrain:
@@ -94,6 +97,10 @@ class PlaneStrain:
     def ball(self, radius: float) -> float:
         """See `Kinematics`."""
         return math.pi * radius**2
+
+    def hertz_um(self, force: float, radius: float, modulus: float) -> float:
+        """See `Kinematics`."""
+        return 2.0 * math.sqrt(force * radius / (math.pi * modulus))
 
 
 @dataclass(frozen=True)
@@ -134,6 +141,10 @@ class Axisymmetric:
     def ball(self, radius: float) -> float:
         """See `Kinematics`."""
         return 4 / 3 * math.pi * radius**3
+
+    def hertz_um(self, force: float, radius: float, modulus: float) -> float:
+        """See `Kinematics`."""
+        return float((0.75 * force * radius / modulus) ** (1 / 3))
 
 
 PLANE_STRAIN, AXISYMMETRIC = PlaneStrain(), Axisymmetric()

@@ -27,7 +27,7 @@ PARTIAL = ".partial-"  # begins the name of a file that is being written
 RESULT, HISTORY, LOG, CHECKPOINT = "result.json", "history.csv", "run.log", "checkpoint.npz"
 DATA = (HISTORY, "fields.*", "fields_*")  # files that result.json vouches for
 FROM_AN_EARLIER_RUN = (RESULT, CHECKPOINT, *DATA, f"{PARTIAL}*")
-TEXTS = ("stability.layer",)
+WORDS = ("stability.layer", *(f"stability.in_space.{name}" for name in ("layer", "normal", "motion")))  # and vectors
 NO_SCALARS = ("schema", "scene", "rest", "versions", "model", "accuracy")  # of result.json: where a result comes from
 
 
@@ -68,7 +68,7 @@ def flatten(result: Mapping[str, Any]) -> dict[str, Scalar]:
 def _scalars(table: Mapping[str, Any], start: str) -> Iterator[tuple[str, Scalar]]:
     for name, value in table.items():
         key = f"{start}{name}"
-        if key in TEXTS:
+        if key in WORDS:
             continue  # null where there is nothing to name
         if type(value) is float:  # most are: asking what else they might be takes long
             yield key, value

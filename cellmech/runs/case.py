@@ -7,7 +7,7 @@ import resource
 import time
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import partial
 from typing import Any
 
@@ -34,12 +34,16 @@ from cellmech.scene.case import Case
 from cellmech.scene.files import scene_to_toml
 from cellmech.solver.acceptance import Acceptance
 from cellmech.solver.ellipticity import Stability, StabilityWatch
+from cellmech.solver.ellipticity_in_space import StabilityInSpace, least_in_space
 from cellmech.solver.resolution import doubts, missed
 from cellmech.solver.schedule import Memory, Step
 from cellmech.solver.simulation import Run
 
 __all__ = ["Description", "MeshPlan", "Progress", "describe_case", "mesh_plan", "solve_case"]
 
+OUT_OF_PLANE = (
+    "waves that leave the plane, which no state here can show, lose ellipticity: {}: in space this state is not stable"
+)
 MEMORY_BASE_MB, MEMORY_PER_DOF_MB = 260.0, 0.012
 
 
@@ -162,7 +166,12 @@ def _solve(
         if str(stability) not in reason:  # else it is what stopped the case
             reason += _last_good_state(run, scalars, stability)
         folder.log(f"failed: {reason}")
+    in_space: StabilityInSpace | None = None
     if scalars and run is not None:
+        in_space = least_in_space(run.body, run.state.u)
+        if in_space is not None and in_space.lost and not (stability is not None and stability.lost):
+            in_doubt["ellipticity in space"] = OUT_OF_PLANE.format(in_space)
+            folder.log(f"warning: ellipticity in space: {in_doubt['ellipticity in space']}")
         write_fields(folder, observer, run.t, series, bool(accepted.beyond))
         look_at_contact()
     folder.agree()
@@ -171,7 +180,7 @@ def _solve(
         "status": status,
         "reason": reason,
         "settled": settled,
-        "stability": None if stability is None else stability.as_dict(),
+        "stability": None if stability is None else stability.as_dict() | {"in_space": in_space and asdict(in_space)},
         "wall_s": earlier_s + time.perf_counter() - started,
     }
     if goes_on:

@@ -1,0 +1,150 @@
+"""Strong ellipticity against waves in all directions of space, also those that a plane or a turned body cannot show.
+
+The states of a plane, or of a body turned about an axis, are computed among such states only: a wave out of the plane
+cannot grow in them, however slow. In a real body it can. So the loss found here stops no run in a plane: it is said, and
+with it that the state is not stable in space. Laws are functions of the invariants, so the solid is isotropic.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import ufl
+from dolfinx import fem
+
+from cellmech.fem.domain import whole
+from cellmech.fem.jit import PointValues
+from cellmech.mechanics.balance import Body
+from cellmech.mechanics.invariants import GivenInvariants, Invariants
+from cellmech.mechanics.kinematics import Kinematics, deformation_gradient, green_lagrange
+from cellmech.mechanics.materials import Mixture
+from cellmech.solver.det_f import node_points, quadrature
+from cellmech.solver.waves_in_space import SpaceWaves
+
+UNIFORM = 1e-9  # a margin nearer to 1 than this is that of rest: no place or direction is weaker
+STRAINS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+AT_ONCE = 2000  # elements whose points are looked at together
+
+
+@dataclass(frozen=True)
+class StabilityInSpace:
+    """The point of a state where the solid is nearest to losing ellipticity to any wave, or has lost it.
+
+    Args:
+        margin: least eigenvalue of the acoustic tensor over c_s mu [-].
+        at_um: reference place [µm]; None, as what follows, where the margin is that of rest everywhere.
+        layer: name of the group of cells.
+        normal: of the wave, in the reference, shape (3,) [-].
+        motion: direction in which points move, shape (3,) [-].
+    """
+
+    margin: float
+    at_um: tuple[float, ...] | None = None
+    layer: str | None = None
+    normal: tuple[float, float, float] | None = None
+    motion: tuple[float, float, float] | None = None
+
+    @property
+    def lost(self) -> bool:
+        """Whether ellipticity is lost at some point."""
+        return self.margin < 0
+
+    def __str__(self) -> str:
+        """Margin, place and directions in words."""
+        if self.at_um is None or self.normal is None or self.motion is None:
+            return "margin 1 everywhere"
+        place = ", ".join(f"{axis} = {value:.3g}" for axis, value in zip("xyz", self.at_um, strict=False))
+        normal, motion = (", ".join(f"{c:.2g}" for c in vector) for vector in (self.normal, self.motion))
+        return f"margin {self.margin:.3g} at reference {place} um in the {self.layer} (normal {normal}, motion {motion})"
+
+
+def least_in_space(body: Body, u: fem.Function) -> StabilityInSpace | None:
+    """The least margin of the present state over the quadrature points and the nodes; None without solid. Collective.
+
+    Args:
+        body: materials, mesh, quadrature.
+        u: displacement [µm].
+    """
+    comm = body.domain.mesh.comm
+    found = [one for mixture in body.mixtures if (one := _of_mixture(body, u, mixture)) is not None]
+    together = [one for many in comm.allgather(found) for one in many]
+    return min(together, key=lambda one: one.margin, default=None)
+
+
+def _of_mixture(body: Body, u: fem.Function, mixture: Mixture) -> StabilityInSpace | None:
+    """Of this rank's cells of one mixture."""
+    mesh, tags, numbers = body.domain.mesh, body.domain.cell_tags, body.domain.cells
+    points = np.vstack([quadrature(body.bulk_degree)[0], node_points(body.space)])
+    mine = np.isin(tags.values, [numbers[name] for name in mixture.names]) & (tags.indices < len(body.domain.own_cells))
+    moduli = PointValues(isotropic_moduli(u, mixture, body.kinematics), points, mesh.comm)
+    share = PointValues(fem.Constant(mesh, 1.0) * mixture.solid_fraction, points, mesh.comm)
+    F = deformation_gradient(u, body.kinematics)
+    where = ufl.as_vector([*ufl.SpatialCoordinate(mesh), *(F[i, j] for i in range(3) for j in range(3))])
+    place = PointValues(where, points, mesh.comm)
+    layers = {number: whole(name) for name, number in numbers.items()}
+    least: StabilityInSpace | None = None
+    cells, groups = tags.indices[mine], tags.values[mine]
+    for some in np.array_split(np.arange(len(cells)), -(-len(cells) // AT_ONCE) or 1):
+        solid = share(cells[some]).ravel() > 0
+        if not solid.any():
+            continue
+        values = moduli(cells[some]).reshape(len(solid), -1)
+        margins, _ = SpaceWaves.of(_principal(values[solid, :6]), values[solid, 6:9].T, values[solid, 9:].T).least()
+        worst = int(np.argmin(margins))
+        if least is not None and margins[worst] >= least.margin:
+            continue
+        k = int(np.flatnonzero(solid)[worst])
+        if abs(margins[worst] - 1) < UNIFORM:
+            least = StabilityInSpace(float(margins[worst]))
+            continue
+        cell, point = divmod(k, len(points))
+        least = _told(place(cells[some][cell : cell + 1])[0, point], layers[int(groups[some][cell])], values[k])
+    return least
+
+
+def _told(at: np.ndarray, layer: str, values: np.ndarray) -> StabilityInSpace:
+    """Of one point, in the axes of the mesh; `at` is the place and F, row by row."""
+    F = at[-9:].reshape(3, 3)
+    e, axes = np.linalg.eigh(_tensor(values[:6]))
+    waves = SpaceWaves.of(e[:, None], values[6:9, None], values[9:, None])
+    (margin,), direction = waves.least()
+    direction = direction[:, 0]
+    across = np.linalg.eigh(waves.tensor(direction[:, None])[0])[1][:, 0]
+    turned = F @ axes
+    motion = (turned / np.linalg.norm(turned, axis=0)) @ across
+    normal = axes @ direction
+    vectors = (tuple(float(c) for c in np.copysign(1.0, v[np.argmax(np.abs(v))]) * v) for v in (normal, motion))
+    return StabilityInSpace(float(margin), tuple(map(float, at[:-9])), layer, *vectors)
+
+
+def _tensor(entries: np.ndarray) -> np.ndarray:
+    """Symmetric tensors, shape (..., 3, 3), from their entries in the order of `STRAINS`, shape (..., 6)."""
+    found = np.empty((*entries.shape[:-1], 3, 3))
+    for k, (i, j) in enumerate(STRAINS):
+        found[..., i, j] = found[..., j, i] = entries[..., k]
+    return found
+
+
+def _principal(entries: np.ndarray) -> np.ndarray:
+    """Principal values of symmetric tensors from their entries, shape (n, 6), in any order; shape (3, n)."""
+    if np.any(entries[:, 4:]):
+        return np.linalg.eigvalsh(_tensor(entries)).T
+    xx, yy, zz, xy = entries.T[:4]  # z is an axis
+    mean, half = (xx + yy) / 2, np.hypot((xx - yy) / 2, xy)
+    return np.stack([mean - half, mean + half, zz])
+
+
+def isotropic_moduli(u: fem.Function, mixture: Mixture, kinematics: Kinematics) -> Any:
+    """E (as `STRAINS`), W's derivatives by t = tr E, q = tr E^2, d = det E, and by tt, tq, td, qq, qd, dd, over mu [-].
+
+    A UFL vector of length 6 + 3 + 6.
+    """
+    E, mu = green_lagrange(u, kinematics), mixture.constants["mu"]
+    invariants = Invariants(E)
+    of = [ufl.variable(value) for value in (invariants.trace, invariants.square, invariants.third)]
+    W = mixture.law(GivenInvariants(E, *of), **mixture.constants)
+    first = [ufl.diff(W, one) for one in of]
+    second = [ufl.diff(first[a], of[b]) for a in range(3) for b in range(a, 3)]
+    return ufl.as_vector([*(E[i, j] for i, j in STRAINS), *(value / mu for value in (*first, *second))])

@@ -1,0 +1,121 @@
+"""Plane waves in all directions of space through isotropic solids, in the principal axes of their strain.
+
+W is a function of t = tr E, q = tr E^2, d = det E. In the principal axes of E, with strains e_i, stretches l_i and
+stresses s_i, cof E = diag(c_i) and a wave along n, |n| = 1, the acoustic tensor is, but for the rotation of F,
+
+    Q_ij = l_i l_j L_ij n_i n_j + delta_ij sum_k (s_k + l_i^2 D_ik) n_k^2,
+    L_ij = sum_ab W_ab g_ai g_bj + W_q + W_d/2 (t - e_i - e_j),   g_t = 1, g_q = 2 e, g_d = c,
+    D_ik = W_q + W_d/2 (e_i + e_k - t).
+
+Where l_i l_j L_ij is positive semi-definite no wave is slower than the least s_k + l_i^2 D_ik, and for i != k that is one
+itself, along k with points that move along i: for most laws and strains nothing has to be searched. Elsewhere one octant
+of directions is, as signs of n do not matter.
+
+Source: Ogden (1984), Non-Linear Elastic Deformations, 6.2.7 and 6.3; the form in E is ours.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+AXES = 3
+PAIRS = tuple(combinations(range(AXES), 2))
+GRID = 6  # steps of each angle over the octant's quarter turn
+AT_ONCE = 5000  # points of one search
+FOLLOWED, ZOOMS = 400, 14  # points whose least direction is followed down, each time at half the distance
+ROUND_OFF = 1e-12  # of an eigenvalue over mu
+
+
+@dataclass(frozen=True)
+class SpaceWaves:
+    """The acoustic tensors of n points, over mu, in principal axes.
+
+    Args:
+        straight: s_k + l_i^2 D_ik [-], shape (3, 3, n).
+        coupled: l_i l_j L_ij [-], shape (3, 3, n).
+    """
+
+    straight: np.ndarray
+    coupled: np.ndarray
+
+    @classmethod
+    def of(cls, e: np.ndarray, first: np.ndarray, second: np.ndarray) -> SpaceWaves:
+        """From principal strains, shape (3, n), W's derivatives by t, q, d, and those by tt, tq, td, qq, qd, dd."""
+        (w_t, w_q, w_d), t, squared = first, e.sum(axis=0), 1 + 2 * e
+        c = np.stack([e[1] * e[2], e[2] * e[0], e[0] * e[1]])
+        s = w_t + 2 * w_q * e + w_d * c
+        g = np.stack([np.ones_like(e), 2 * e, c])
+        hessian = second[[[0, 1, 2], [1, 3, 4], [2, 4, 5]]]
+        both = e[:, None] + e[None]
+        L = np.einsum("abn,ain,bjn->ijn", hessian, g, g) + w_q + w_d / 2 * (t - both)
+        D = w_q + w_d / 2 * (both - t)
+        stretch = np.sqrt(np.maximum(squared, 0.0))
+        return cls(s[None] + squared[:, None] * D, stretch[:, None] * stretch[None] * L)
+
+    def __getitem__(self, rows: np.ndarray) -> SpaceWaves:
+        """Those of some of the points."""
+        return SpaceWaves(self.straight[..., rows], self.coupled[..., rows])
+
+    def tensor(self, n: np.ndarray) -> np.ndarray:
+        """Q [-] along directions n, shape (3, m, points), or of one for each point; shape (m, points, 3, 3)."""
+        Q = np.einsum("i...p,j...p,ijp->...pij", n, n, self.coupled)
+        Q[..., range(AXES), range(AXES)] += np.einsum("ikp,k...p->...pi", self.straight, n * n)
+        return Q
+
+    def least(self) -> tuple[np.ndarray, np.ndarray]:
+        """The least eigenvalue [-] of each point, exact where it is the least of all, and its direction (3, n)."""
+        across = np.where(np.eye(AXES, dtype=bool)[..., None], np.inf, self.straight).reshape(AXES * AXES, -1)
+        slowest = np.argmin(across, axis=0)
+        least = across[slowest, np.arange(across.shape[1])]
+        direction = np.eye(AXES)[:, slowest % AXES]
+        bound = self.straight.min(axis=(0, 1), initial=np.inf) - self._takes_off()
+        below = np.flatnonzero(bound < least.min(initial=np.inf) - ROUND_OFF)
+        for some in np.array_split(below, -(-len(below) // AT_ONCE) or 1):
+            self._search(some, least, direction)
+        return least, direction
+
+    def _takes_off(self) -> np.ndarray:
+        """The most that the coupled part can take off an eigenvalue [-], 0 where it is positive semi-definite."""
+        size = np.abs(self.coupled).max(axis=(0, 1), initial=0.0) + np.finfo(float).tiny
+        M = self.coupled / size
+        minors = [M[i, i] for i in range(AXES)]
+        minors += [M[i, i] * M[j, j] - M[i, j] ** 2 for i, j in PAIRS]
+        minors.append(np.linalg.det(np.moveaxis(M, -1, 0)))
+        found = np.zeros(M.shape[-1])
+        some = np.flatnonzero(np.min(minors, axis=0) < -ROUND_OFF)
+        found[some] = -size[some] * np.minimum(np.linalg.eigvalsh(np.moveaxis(M[..., some], -1, 0))[:, 0], 0.0)
+        return found
+
+    def _search(self, rows: np.ndarray, least: np.ndarray, direction: np.ndarray) -> None:
+        """Look along a grid of directions, and go down from the lowest places; `least` and `direction` are lowered."""
+        angles = np.pi / 2 / GRID * np.arange(GRID + 1)
+        grid = np.array([(theta, phi) for theta in angles for phi in angles])
+        waves, step = self[rows], np.pi / 2 / GRID
+        found = np.stack([_least_eigenvalue(waves.tensor(_directions(*pair))) for pair in grid[:, :, None]])
+        low = np.argmin(found, axis=0)
+        value, place = found[low, np.arange(len(rows))], grid[low].T
+        some = np.argsort(value)[:FOLLOWED]
+        followed, value, place = waves[some], value[some], place[:, some]
+        moves = [(a, b) for a in (-1, 0, 1) for b in (-1, 0, 1) if a or b]
+        for _ in range(ZOOMS):
+            step /= 2
+            for a, b in moves:
+                trial = place + step * np.array([[a], [b]])
+                there = _least_eigenvalue(followed.tensor(_directions(*trial)))
+                lower = there < value
+                value, place = np.where(lower, there, value), np.where(lower, trial, place)
+        better = value < least[rows[some]]
+        least[rows[some][better]] = value[better]
+        direction[:, rows[some][better]] = _directions(*place)[:, better]
+
+
+def _directions(theta: np.ndarray, phi: np.ndarray) -> np.ndarray:
+    """Unit vectors at an azimuth and an elevation [rad], shape (3, n)."""
+    return np.stack([np.cos(phi) * np.cos(theta), np.cos(phi) * np.sin(theta), np.sin(phi)])
+
+
+def _least_eigenvalue(Q: np.ndarray) -> np.ndarray:
+    return np.asarray(np.linalg.eigvalsh(Q)[..., 0])

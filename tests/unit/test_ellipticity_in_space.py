@@ -1,0 +1,134 @@
+"""Ellipticity against waves in all directions of space: closed forms, moduli by hand, and a scan of directions."""
+
+import numpy as np
+import pytest
+from problems import LAW_NAMES, affine, block, displacement_space, moduli, solid, wet
+from scipy.optimize import brentq
+
+from cellmech.fem.coefficients import mixtures
+from cellmech.mechanics.balance import Body
+from cellmech.mechanics.kinematics import AXISYMMETRIC, PLANE_STRAIN
+from cellmech.mechanics.moduli import lame
+from cellmech.solver.ellipticity import Ellipticity
+from cellmech.solver.ellipticity_in_space import least_in_space
+from cellmech.solver.state import State
+
+YOUNG, POISSON = 10.0, 0.4
+
+
+def look_at(law, H, kinematics=PLANE_STRAIN, **fluid):
+    """Margins of a uniformly strained block: in its plane, and in space."""
+    domain = block()
+    domain.mesh.geometry.x[:, 0] += 1.0  # a turned one is off its axis
+    material = wet(law, YOUNG, POISSON, **fluid) if fluid else solid(law, YOUNG, POISSON)
+    body = Body(domain, mixtures(domain, {"solid": material}), displacement_space(domain), kinematics=kinematics)
+    state = State(body)
+    state.u.x.array[:] = affine(body.space, H)
+    return Ellipticity(body, state.u).find(), least_in_space(body, state.u)
+
+
+def energy(law, F):
+    """W/mu of the laws as functions of F (eqs 17-20), written out."""
+    constants = moduli(law, YOUNG, POISSON)
+    lmbda, mu = constants["lmbda"] / constants["mu"], 1.0
+    C, J = F.T @ F, np.linalg.det(F)
+    I1, I2 = np.trace(C), (np.trace(C) ** 2 - np.trace(C @ C)) / 2
+    if law == "saint-venant":
+        E = (C - np.eye(3)) / 2
+        return lmbda / 2 * np.trace(E) ** 2 + mu * np.trace(E @ E)
+    if law == "neo-hookean":
+        return mu / 2 * (I1 - 3 - 2 * np.log(J)) + lmbda / 2 * np.log(J) ** 2
+    beta = constants["beta"] / constants["mu"]
+    alpha = 0.5 - beta
+    W = alpha * (I1 - 3 * J ** (2 / 3)) + beta * (I2 - 3 * J ** (4 / 3)) + (lmbda + 2 / 3) / 2 * np.log(J) ** 2
+    if law == "yeoh":
+        W += -0.5 * alpha / 2 * (I1 - 3) ** 2 + 0.1 * alpha / 3 * (I1 - 3) ** 3
+    return W
+
+
+def scanned(law, F, directions, h=1e-3):
+    """Least eigenvalue of the acoustic tensor over directions; A = d2W/dFdF by differences of fourth order."""
+    stencil = {1: 8 / 12, -1: -8 / 12, 2: -1 / 12, -2: 1 / 12}
+    A = np.zeros((9, 9))
+    for a in range(9):
+        for b in range(a, 9):
+            for p, weight in stencil.items():
+                for q, other in stencil.items():
+                    G = F.copy()
+                    G.flat[a] += p * h
+                    G.flat[b] += q * h
+                    A[a, b] += weight * other * energy(law, G) / h**2
+            A[b, a] = A[a, b]
+    Q = np.einsum("iJkL,nJ,nL->nik", A.reshape(3, 3, 3, 3), directions, directions)
+    return float(np.linalg.eigvalsh(Q).min())
+
+
+@pytest.fixture(scope="module")
+def directions():
+    found = np.random.default_rng(1).normal(size=(20000, 3))
+    return found / np.linalg.norm(found, axis=1, keepdims=True)
+
+
+@pytest.mark.parametrize("law", LAW_NAMES)
+def test_margin_is_that_of_a_scan_over_directions_of_space(law, directions):
+    rng, below = np.random.default_rng(2), 0
+    for _ in range(4):
+        H = 0.35 * rng.uniform(-1, 1, (2, 2))
+        F = np.eye(3)
+        F[:2, :2] += H
+        plane, space = look_at(law, H)
+        expected = scanned(law, F, directions)
+        size = abs(expected) + 1.0
+        assert expected - 2e-2 * size <= space.margin <= expected + 1e-6 * size
+        assert space.margin <= plane.margin + 1e-9
+        below += space.margin < plane.margin - 1e-6
+    assert below >= 1 or law in ("saint-venant", "neo-hookean")
+
+
+def test_hoop_stretch_of_a_turned_block_counts(directions):
+    """Far from the axis of u = (a r, b y), F = diag(1 + a, 1 + b, 1 + a)."""
+    _, space = look_at("yeoh", np.diag([0.2, -0.3]), AXISYMMETRIC)
+    expected = scanned("yeoh", np.diag([1.2, 0.7, 1.2]), directions)
+    assert space.margin == pytest.approx(expected, abs=2e-3)
+
+
+def test_wave_that_is_named_has_the_margin():
+    _, space = look_at("saint-venant", np.array([[-0.1, 0.2], [0.0, 0.05]]))
+    F, N, a = np.eye(3), np.array(space.normal), np.array(space.motion)
+    F[:2, :2] += [[-0.1, 0.2], [0.0, 0.05]]
+    h = 1e-3
+    second = sum(w * energy("saint-venant", F + k * h * np.outer(a, N)) for k, w in ((-1, 1), (0, -2), (1, 1))) / h**2
+    assert second == pytest.approx(space.margin, abs=1e-5)
+    assert np.linalg.norm(N) == pytest.approx(1.0) and np.linalg.norm(a) == pytest.approx(1.0)
+
+
+def test_printed_mooney_rivlin_pressed_in_its_plane_gives_way_out_of_it():
+    """A wave along 1 that moves points along 3 sees 2 (alpha + beta s_2^2)/mu, lost at s_2^2 = 0.8 (beta/mu = 2.5).
+
+    In the plane that law keeps the margin of rest in every state.
+    """
+    lost = brentq(lambda s: look_at("mooney-rivlin", np.diag([0.0, s - 1.0]))[1].margin, 0.8, 0.99, xtol=1e-10)
+    assert lost == pytest.approx(np.sqrt(0.8), abs=1e-8)
+    plane, space = look_at("mooney-rivlin", np.diag([0.0, -0.15]))
+    assert plane.margin == pytest.approx(1.0, abs=1e-9) and not plane.lost
+    assert space.lost and abs(space.motion[2]) == pytest.approx(1.0, abs=1e-6)
+    assert "in the solid" in str(space)
+
+
+@pytest.mark.parametrize("law", LAW_NAMES)
+def test_margin_of_rest_is_1(law):
+    _, space = look_at(law, np.zeros((2, 2)))
+    assert space.margin == pytest.approx(1.0, abs=1e-12) and space.at_um is None and str(space) == "margin 1 everywhere"
+
+
+def test_fluid_alone_has_no_margin():
+    assert look_at("neo-hookean", np.zeros((2, 2)), fluid_fraction=1.0)[1] is None
+
+
+def test_saint_venant_under_equal_compression_in_space_is_lost_by_shear():
+    """s^2 = (3 lambda + 2 mu)/(3 lambda + 4 mu): shear waves see (3 lambda + 2 mu)(s^2 - 1)/2 + mu s^2."""
+    lmbda, mu = lame(1.0, POISSON)
+    lost = brentq(
+        lambda s: look_at("saint-venant", (s - 1) * np.eye(2), AXISYMMETRIC)[1].margin, 0.7, 0.999, xtol=1e-11
+    )
+    assert lost**2 == pytest.approx((3 * lmbda + 2 * mu) / (3 * lmbda + 4 * mu), abs=1e-8)
