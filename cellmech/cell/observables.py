@@ -1,8 +1,8 @@
 """What is reported of a state: maxima, means and shares per region, shape, contact, energies.
 
 Stress and strain are evaluated at fixed points of each element, its nodes or a finer lattice, from that element's own
-gradient and material; the largest value counts and neighbours are never averaged. Means are over the reference area, or volume. To
-add an observable: a method that returns a number, called in `Observer.observe`.
+gradient and material; the largest value counts and neighbours are never averaged. Means are over the reference area, or
+volume. To add an observable: a method that returns a number, called in `Observer.observe`.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from cellmech.cell.lattice import lattice, lattice_pieces
 from cellmech.cell.samples import (
     DET_F,
     INTEGRALS,
@@ -26,8 +27,6 @@ from cellmech.cell.samples import (
     Region,
     Samples,
     exceeded_on,
-    lattice,
-    lattice_triangles,
     merge,
 )
 from cellmech.errors import MeshError
@@ -39,7 +38,7 @@ from cellmech.solver.simulation import Run
 
 QUANTITIES = {"sigma_mises": "_Pa", "J1": "", "J2": "", "J3": "", "pressure": "_Pa"}  # and their units
 STRAINS = ("J1", "J2", "J3")
-# Share of a region's area or volume above its 99th percentile. The last digits keep the bound off the sums of equal areas, where
+# Share of a region's size above its 99th percentile. The last digits keep the bound off the sums of equal sizes, where
 # round-off, another on each number of ranks, would decide between two points.
 ABOVE_P99 = 0.01 * (1 + 1e-9)
 SETTLED = 1e-9  # a maximum over time moves on only for more than this share of its size: round-off is no growth
@@ -64,7 +63,7 @@ class Layout:
     """The geometry that reporting needs.
 
     Args:
-        centre: of the cell at the start [µm].
+        centre: of the cell at the start, as many coordinates as the mesh has [µm].
         half: whether its section is half a disc.
         copies: how many times the modelled part makes the whole cell.
         regions: reported regions by name.
@@ -74,7 +73,7 @@ class Layout:
         slide_um: how far it was moved along x to where it rests [µm].
     """
 
-    centre: tuple[float, float]
+    centre: tuple[float, ...]
     half: bool
     copies: int
     regions: Mapping[str, Ring]
@@ -100,7 +99,9 @@ class Observer:
         self.comm = body.domain.mesh.comm
         order = order_of(body.space)
         self.subdivisions = REPORTED[order]
-        reported, (q, w) = lattice(self.subdivisions)[0], quadrature(body.bulk_degree)
+        mesh = body.domain.mesh
+        self.dim = mesh.topology.dim
+        reported, (q, w) = lattice(self.subdivisions, self.dim)[0], quadrature(mesh, body.bulk_degree)
         cells = body.domain.own_cells
         points, weights = np.vstack([reported, q]), np.concatenate([np.zeros(len(reported)), w])
         self.samples = Samples(run, cells, points, weights, len(reported))
@@ -120,7 +121,7 @@ class Observer:
             peak, bulk = index[:, : self.samples.n_max].ravel(), index[:, self.samples.n_max :].ravel()
             return Region(self.samples, self.gradient, peak, bulk)
         if self._fine is None:
-            points, weights = lattice(LATTICE)
+            points, weights = lattice(LATTICE, self.dim)
             self._fine = Samples(self.run, self.samples.cells, points, weights, len(points))
         ring = self.layout.regions[name]
         r = np.linalg.norm(self._fine.position - np.array(self.layout.centre), axis=-1).ravel()
@@ -144,8 +145,8 @@ class Observer:
 
     def _pole(self, sign: float) -> np.ndarray:
         """The owned dof of the nucleus outline's bottom (-1) or top (1) point on the axis, empty on other ranks."""
-        centre = np.array(self.layout.centre)
-        target = centre + np.array([0.0, sign * self.layout.regions["nucleus"].outer_um])
+        target = np.array(self.layout.centre)
+        target[1] += sign * self.layout.regions["nucleus"].outer_um
         hit = np.linalg.norm(self.nucleus.reference - target, axis=-1) < 1e-6 * self.layout.regions["nucleus"].outer_um
         return self.nucleus.dofs[hit][:1]
 
@@ -155,7 +156,8 @@ class Observer:
         Raises:
             MeshError: the mesh has no node there.
         """
-        u, X = self.run.u.reshape(-1, 2), self.run.body.space.tabulate_dof_coordinates()[:, :2]
+        X = self.run.body.space.tabulate_dof_coordinates()[:, : self.dim]
+        u = self.run.u.reshape(X.shape)
         mine = (X[pole[0]] + u[pole[0]]) if len(pole) else None
         found = [p for p in self.comm.allgather(mine) if p is not None]
         if not found:
@@ -183,7 +185,7 @@ class Observer:
     def _of_region(self, name: str, t_s: float) -> dict[str, Any]:
         row = self.table[name]
         maxima, means = row[MAXIMA] + self.rest, row[INTEGRALS] / row[SIZE] + self.rest
-        places = row[PLACES].reshape(-1, 2).tolist()
+        places = row[PLACES].reshape(-1, 3)[:, : self.dim].tolist()
         values: dict[str, Any] = {}
         for k, (quantity, unit) in enumerate(QUANTITIES.items()):
             largest = float(maxima[k])
@@ -220,7 +222,8 @@ class Observer:
         by more than the strains add. Of a ball it is the share of the volumes.
         """
         nucleus, cell = self.table["nucleus"], self.table["cell"]
-        inner, outer = (self.layout.regions[name].size(self.kinematics) / self.layout.copies for name in ("nucleus", "cell"))
+        regions, copies = self.layout.regions, self.layout.copies
+        inner, outer = (regions[name].size(self.kinematics) / copies for name in ("nucleus", "cell"))
         share, peak, integral = {}, {}, {}
         for k, name in enumerate(QUANTITIES):
             if name not in STRAINS:
@@ -291,8 +294,8 @@ def point_fields(observer: Observer) -> dict[str, np.ndarray]:
     """Point data of the last observed state: what `fields` files hold.
 
     Returns:
-        Values by name, shape (n_triangles, n_points) or, of vectors, (n_triangles, n_points, 2). An element is one
-        triangle of 3 or 6 points, of third order four of 6, with their ends first, then their middles in VTK's order.
+        Values by name, shape (n_pieces, n_points) or, of vectors, (n_pieces, n_points, d). An element is one piece, of
+        third order four triangles or eight tetrahedra; ends first, then their middles in VTK's order.
     """
     samples, gradient = observer.samples, observer.gradient
     reported = slice(0, samples.n_max)
@@ -308,5 +311,5 @@ def point_fields(observer: Observer) -> dict[str, np.ndarray]:
         "pressure_Pa": values[..., PRESSURE],
         "pressure_gradient_Pa_per_um": np.broadcast_to(gradient.values, position.shape),
     }
-    pieces = lattice_triangles(observer.subdivisions)
+    pieces = lattice_pieces(observer.subdivisions, observer.dim)
     return {name: array[:, pieces].reshape(-1, *array[:, pieces].shape[2:]) for name, array in fields.items()}

@@ -122,7 +122,7 @@ def displacement_space(mesh: Any, degree: int, jit: dict[str, Any], bubble: bool
         from basix.ufl import blocked_element
 
         return fem.functionspace(mesh, blocked_element(_p2_bubble(), shape=(2,)))
-    return fem.functionspace(mesh, ("Lagrange", degree, (2,)))
+    return fem.functionspace(mesh, ("Lagrange", degree, (mesh.geometry.dim,)))
 
 
 def _p2_bubble() -> Any:

@@ -16,6 +16,7 @@ from petsc4py import PETSc
 from cellmech.fem import fenicsx
 from cellmech.fem.jit import compile_form
 from cellmech.mechanics.balance import Body, equilibrium, load_work
+from cellmech.names import coordinates
 from cellmech.solver.det_f import DetFWatch
 from cellmech.solver.rigid_modes import BorderedLU, RigidModes
 from cellmech.solver.saddle import Elimination, Saddle
@@ -353,8 +354,8 @@ class Solver:
         if reason == PETSc.SNES.ConvergedReason.DIVERGED_DTOL:
             return self._drowning(residual)
         if self._watch.worst is not None:
-            value, x, y = self._watch.worst
-            where = f"det F = {value:.2g} at reference x = {x:.3g}, y = {y:.3g} um"
+            value, *place = self._watch.worst
+            where = f"det F = {value:.2g} at reference {coordinates(place)} um"
             if value > 0:
                 return f"material is crushed to nothing ({where})"
             return f"material turns inside out on the way ({where})"
