@@ -9,7 +9,17 @@ from cellmech.fem.outline import Outline
 from cellmech.fem.surface import Surface
 
 
-def boundary(domain: Domain, space: fem.FunctionSpace, name: str) -> Outline | Surface:
-    """The edges of a plane mesh, or the faces of one in space, of a facet group."""
-    kind = Outline if domain.mesh.topology.dim == 2 else Surface
-    return kind(domain, space, name)
+def boundary(
+    domain: Domain, space: fem.FunctionSpace, name: str, mirrored: tuple[int, ...] = ()
+) -> Outline | Surface:
+    """The edges of a plane mesh, or the faces of one in space, of a facet group.
+
+    Args:
+        domain: the mesh.
+        space: displacement space.
+        name: of the facet group.
+        mirrored: in space, coordinates whose plane through the origin mirrors the body.
+    """
+    if domain.mesh.topology.dim == 2:
+        return Outline(domain, space, name)
+    return Surface(domain, space, name, mirrored)
