@@ -103,11 +103,11 @@ def model_to_mesh(model: Any, comm: MPI.Comm, gdim: int = 2) -> tuple[Any, Any, 
 
 
 def cell_points(mesh: Any) -> np.ndarray:
-    """Coordinates of the geometry nodes of this rank's own cells, shape (cells, nodes, 2)."""
+    """Coordinates of the geometry nodes of this rank's own cells, shape (cells, nodes, dimension)."""
     dofs, cells = mesh.geometry.dofmap, mesh.topology.index_map(mesh.topology.dim).size_local
     if OLD:
         dofs = dofs.array.reshape(dofs.num_nodes, -1)
-    return mesh.geometry.x[dofs[:cells], :2]
+    return mesh.geometry.x[dofs[:cells], : mesh.geometry.dim]
 
 
 def displacement_space(mesh: Any, degree: int, jit: dict[str, Any], bubble: bool = False) -> Any:
