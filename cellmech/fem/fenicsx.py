@@ -139,6 +139,18 @@ def _p2_bubble() -> Any:
     return custom_element(*start, basix.MapType.identity, basix.SobolevSpace.H1, False, *degrees)
 
 
+def interpolation_matrix(coarse: Any, fine: Any) -> PETSc.Mat:
+    """Values at the nodes of one space of a function of another one on the same mesh (collective)."""
+    if OLD:
+        matrix = dolfinx.cpp.fem.petsc.interpolation_matrix(coarse._cpp_object, fine._cpp_object)
+    else:
+        from dolfinx.fem.petsc import interpolation_matrix as interpolated
+
+        matrix = interpolated(coarse, fine)
+    matrix.assemble()
+    return matrix
+
+
 def discontinuous_space(mesh: Any, degree: int, jit: dict[str, Any]) -> Any:
     """Functions of this degree on each cell; likewise."""
     return fem.FunctionSpace(mesh, ("DG", degree), jit_params=jit) if OLD else fem.functionspace(mesh, ("DG", degree))

@@ -14,6 +14,7 @@ from petsc4py import PETSc
 from cellmech.fem.jit import compile_form
 from cellmech.fem.boundary import boundary
 from cellmech.mechanics.balance import Body
+from cellmech.solver.linear import Linear
 from cellmech.solver.state import free_translations
 
 AXES = "xyz"
@@ -46,10 +47,10 @@ class RigidModes:
 
 
 class BorderedLU:
-    """Preconditioner that solves [K B; B^T 0] exactly, from one factorisation of K + springs at the pins."""
+    """Preconditioner that solves [K B; B^T 0] as exactly as one of K + springs at the pins does."""
 
-    def __init__(self, modes: RigidModes, prefix: str) -> None:
-        self.modes, self.prefix, self.stiffness = modes, prefix, 0.0
+    def __init__(self, modes: RigidModes, linear: Linear, prefix: str) -> None:
+        self.modes, self.linear, self.prefix, self.stiffness = modes, linear, prefix, 0.0
         self.inner: Any = None
         self.columns: list[PETSc.Vec] = []
         self.solved: list[PETSc.Vec] = []
@@ -60,8 +61,7 @@ class BorderedLU:
         if self.inner is None:
             self.inner = PETSc.PC().create(pc.getComm())
             self.inner.setOptionsPrefix(self.prefix)
-            self.inner.setType("lu")
-            self.inner.setFactorSolverType("mumps")
+            self.linear.install(self.inner)
         self.inner.setOperators(A)
         self.inner.setUp()
         self._forget()
@@ -90,12 +90,13 @@ class BorderedLU:
         """Begin anew, with another ordering too."""
         self._forget()
         if self.inner is not None:
+            self.inner.reset()
             self.inner.destroy()
             self.inner = None
 
     def _solve(self, rhs: PETSc.Vec) -> PETSc.Vec:
         z = rhs.duplicate()
-        self.inner.apply(rhs, z)
+        self.linear.exactly(rhs, z)
         return z
 
     def apply(self, pc: PETSc.PC, r: PETSc.Vec, z: PETSc.Vec) -> None:
