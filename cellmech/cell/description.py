@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from cellmech.cell.footing import SIZE_OVER_RADIUS
 from cellmech.cell.setup import M_S2, Setup, material, mixed_layers
+from cellmech.mesh.disc import DiscSpec
 from cellmech.scene.inputs import MIXED_ABOVE
 from cellmech.scene.parts import LAYER_NAMES, Mesh
 from cellmech.scene.scene import AT_REST, Scene
@@ -117,11 +118,12 @@ def _mesh_warnings(setup: Setup) -> dict[str, str]:
             f"mesh.size_um = {scene.mesh.size_um:g} um is {scene.mesh.size_um / usual:.3g} times the {usual:.3g} um at "
             f"which numbers of a cell of radius {scene.radius_um:g} um are within 1 %"
         )
-    if any(setup.spec.least_size_um(foot) <= foot.least_um for foot in setup.spec.footprints):
-        narrow = min(foot.edges[0] for foot in setup.spec.footprints)
+    spec = setup.spec
+    if isinstance(spec, DiscSpec) and any(spec.least_size_um(foot) <= foot.least_um for foot in spec.footprints):
+        narrow = min(foot.edges[0] for foot in spec.footprints)
         found["contact mesh"] = (
             f"a contact {narrow:.2g} um in half-width is expected, and elements are not made smaller than "
-            f"{setup.spec.footprints[0].least_um:.2g} um: depth and strain beside it may be off by more than 1 %"
+            f"{spec.footprints[0].least_um:.2g} um: depth and strain beside it may be off by more than 1 %"
         )
     return found
 
@@ -163,13 +165,14 @@ def _hints(setup: Setup) -> dict[str, str]:
 def _elements(scene: Scene) -> str:
     """The displacement's order on the elements, and why it is not the third."""
     order = scene.mesh.order
+    shapes = "tetrahedra with curved faces" if scene.cell.geometry == "3d" else "triangles with curved sides"
     if order == 3:
-        return "third order on triangles with curved sides"
+        return f"third order on {shapes}"
     if order == 1:
-        return "first order on triangles"
+        return f"first order on {shapes.split()[0]}"
     mixed, fluid = mixed_layers(scene), scene.without_solid()
     why = "a pressure of its own takes it" if mixed else f"{', '.join(fluid)} without solid" if fluid else "asked for"
-    return f"second order on triangles with curved sides ({why})"
+    return f"second order on {shapes} ({why})"
 
 
 def _describe_pressure(setup: Setup, modelled: dict[str, str], left: dict[str, str]) -> None:

@@ -42,7 +42,7 @@ def mesh_spec(
         )
     disc = DiscSpec(
         shape=scene.cell.shape,
-        centre=centre,
+        centre=(centre[0], centre[1]),
         interfaces=plan.interfaces(scene),
         nucleus_radius_um=scene.nucleus_radius_um,
         size_um=scene.mesh.size_um,

@@ -154,7 +154,7 @@ class Observer:
             MeshError: the mesh has no node there.
         """
         radius, u = self.layout.regions["nucleus"].outer_um, self.run.state.u
-        target = np.array(self.layout.centre) + [0.0, sign * radius]
+        target = np.add(self.layout.centre, (0.0, sign * radius))
         hit = np.linalg.norm(outline.reference - target, axis=-1) < 1e-6 * radius
         found = [p for part in self.comm.allgather(outline.nodes(u)[hit][:1]) for p in part]
         if not found:

@@ -19,10 +19,10 @@ from cellmech.cell.layering import INSIDE_OUT, MERGED, MeshPlan, fade_of
 from cellmech.cell.meshing import mesh_spec
 from cellmech.cell.observables import Layout, Ring
 from cellmech.errors import InputError, SolveError
+from cellmech.fem.boundary import boundary
 from cellmech.fem.coefficients import mixtures
 from cellmech.fem.domain import Domain, build_domain, whole
 from cellmech.fem.jit import displacement_space, pressure_space
-from cellmech.fem.boundary import boundary
 from cellmech.mechanics.balance import Body
 from cellmech.mechanics.contact import Contact, smooth_step
 from cellmech.mechanics.kinematics import GEOMETRIES
