@@ -113,7 +113,7 @@ def _mesh_warnings(setup: Setup) -> dict[str, str]:
     """A mesh coarser than its order needs for 1 %, and contacts too narrow for any mesh that would be made."""
     scene, found = setup.scene, {}
     usual = SIZE_OVER_RADIUS[scene.mesh.order] * scene.radius_um
-    if scene.mesh.size_um > COARSE * usual:
+    if scene.cell.geometry != "3d" and scene.mesh.size_um > COARSE * usual:
         found["mesh"] = (
             f"mesh.size_um = {scene.mesh.size_um:g} um is {scene.mesh.size_um / usual:.3g} times the {usual:.3g} um at "
             f"which numbers of a cell of radius {scene.radius_um:g} um are within 1 %"
@@ -142,8 +142,8 @@ def _locking_warning(scene: Scene) -> dict[str, str]:
 def _hints(setup: Setup) -> dict[str, str]:
     """What the scene asks for though it does nothing to the numbers, or to those of the end state."""
     scene, cell, hints = setup.scene, setup.scene.cell, {}
-    symmetric = setup.half or setup.mirror_symmetric
-    if not setup.half and symmetric:
+    symmetric = not setup.turns or setup.mirror_symmetric
+    if setup.turns and symmetric and scene.cell.geometry == "plane":
         hints["shape"] = (
             'the scene is its own mirror image: cell.shape = "half"'
             + (" about x = 0" if cell.centre_x_um else "")
@@ -152,7 +152,7 @@ def _hints(setup: Setup) -> dict[str, str]:
     if scene.time.history and not cell.inertia and scene.rest_s > AT_REST * scene.relaxation_s:
         hints["history"] = "time.history = false finds the same end state directly, without what happens on the way"
     third, second = Mesh().size_um, Mesh(order=2).size_um
-    if scene.mesh.order == 2 and scene.mesh.size_um > 2 * second:
+    if scene.cell.geometry != "3d" and scene.mesh.order == 2 and scene.mesh.size_um > 2 * second:
         hints["mesh"] = f"second order is as accurate at mesh.size_um = {second:g} as third order at {third:g}"
     if cell.inertia and symmetric and setup.place.touch and cell.gap_um == 0 and scene.load.half_ramp_s > 0:
         gravity_um_s2 = scene.load.gravity_m_s2 * M_S2 * scene.load.factor
@@ -201,11 +201,14 @@ def _describe_rest(setup: Setup, modelled: dict[str, str], left: dict[str, str])
     if setup.place.slide_um:
         way = f"{setup.place.slide_um:.6g} um along x"
         modelled["place"] = f"moved by {way}: there the cell, which touched on a slope, rests on both sides"
-    if setup.half:
-        modelled["symmetry"] = "half cell, u_x = 0 on the axis"
-    elif not scene.cell.inertia:
-        sideways = " and mean u_x" if setup.free_sideways else ""
-        modelled["rigid modes"] = f"mean rotation{sideways} set to 0: nothing resists them"
+    space = scene.cell.geometry == "3d"
+    if scene.mirrors:
+        planes = " and ".join(f"u_{axis} = 0 on {axis} = 0" for axis in scene.mirrors)
+        modelled["symmetry"] = f"{scene.cell.shape} cell, {planes if space else 'u_x = 0 on the axis'}"
+    if setup.turns and not scene.cell.inertia:
+        turning, sideways = ("rotations", "horizontal displacements") if space else ("rotation", "u_x")
+        held = f"mean {turning}" + (f" and mean {sideways}" if setup.free_sideways else "")
+        modelled["rigid modes"] = f"{held} set to 0: nothing resists them"
     if setup.body.rate_dependent:
         modelled["time"] = f"variable-step BDF2, rtol {scene.time.rtol:g}"
     else:

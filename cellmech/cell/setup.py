@@ -239,6 +239,11 @@ class Setup:
         return hardly or self.mirror_symmetric or all(isinstance(o, Flat) for o in self.body.obstacles)
 
     @property
+    def turns(self) -> bool:
+        """Whether the modelled part is free to move along a horizontal axis, and so to turn."""
+        return bool(np.any(free_translations(self.body)[::2]))
+
+    @property
     def falls(self) -> bool:
         """Whether the cell begins in the air and its fall is computed."""
         return self.scene.cell.inertia and (self.scene.cell.gap_um > 0 or not self.place.touch)
@@ -310,7 +315,7 @@ class Setup:
 
     def create_run(self, log: Callable[[str], None]) -> Run:
         """The run, its zero modes removed where the scene has any."""
-        modes, free = None, free_translations(self.body)
-        if np.any(free[::2]) and not self.scene.cell.inertia:
+        modes = None
+        if self.turns and not self.scene.cell.inertia:
             modes = rigid_modes(self.body, self.centre, sideways=self.free_sideways)
         return Run(self.body, self.schedule(), self.force_scale, self.out_of_reach, modes, not self.falls, log)

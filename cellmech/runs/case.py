@@ -63,6 +63,7 @@ class Description:
     """What a case will model, and its size."""
 
     model: list[str]
+    elements: str
     cells: int
     dofs: int
     memory_MB: float
@@ -244,6 +245,7 @@ def describe_case(case: Case, comm: MPI.Comm, plan: MeshPlan) -> Description:
     setup = Setup(case.scene, comm, plan)
     return Description(
         model=describe_model(setup).lines(),
+        elements="triangles" if setup.kinematics.components == 2 else "tetrahedra",
         cells=setup.number_of_cells,
         dofs=setup.dofs,
         memory_MB=MEMORY_BASE_MB * comm.size + MEMORY_PER_DOF_MB * setup.dofs,
