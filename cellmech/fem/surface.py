@@ -215,7 +215,7 @@ class Surface:
         return np.asarray(rows[rows[..., 0].argmax(axis=0), np.arange(len(values)), 1:])
 
     def _of_all(self, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        outer = self.comm.allreduce(np.concatenate([-low, high]), op=MPI.MAX)
+        outer = np.max(self.comm.allgather(np.concatenate([-low, high])), axis=0)
         return self._mirrored_box(-outer[:3], outer[3:])
 
     def _mirrored_box(self, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
