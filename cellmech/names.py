@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import unicodedata
+from collections.abc import Iterable
 from pathlib import Path
 
 
@@ -43,3 +44,8 @@ def _only(folder: Path, name: str) -> str:
     except (OSError, ValueError):  # no such folder, or no name at all: whoever opens it will say so
         return name
     return alike[0] if len(alike) == 1 else name
+
+
+def coordinates(place: Iterable[float]) -> str:
+    """A place in words, "x = 1.2, y = 3"."""
+    return ", ".join(f"{axis} = {value:.3g}" for axis, value in zip("xyz", place, strict=False))

@@ -1,10 +1,10 @@
 """How wide the cell's contact with each obstacle will be, before anything is solved, and what mesh that asks for.
 
 A frictionless contact of the half-plane with a profile whose gap grows like g(t) beside the first touch bears
-P(a) = E* ∫_0^a t g'(t) / sqrt(a^2 - t^2) dt at the half-width a (Hertz: g = t^2/2R gives P = pi E* a^2/4R), and one of the half-space that is round about its first
-touch the force F(a) = 2 E* ∫_0^a t^2 g'(t) / sqrt(a^2 - t^2) dt (Hertz: 4 E* a^3/3R). With the
-cytosol's modulus this is within a tenth of the solved half-width for pillars 0.5 to 20 µm wide under Table 1. A penalty
-bears its load over a width of its own, which is larger under light loads and on narrow pillars.
+P(a) = E* ∫_0^a t g'(t) / sqrt(a^2 - t^2) dt at the half-width a (Hertz: g = t^2/2R gives P = pi E* a^2/4R). One of the
+half-space that is round about its first touch bears F(a) = 2 E* ∫_0^a t^2 g'(t) / sqrt(a^2 - t^2) dt (Hertz:
+4 E* a^3/3R). With the cytosol's modulus this is within a tenth of the solved half-width for pillars 0.5 to 20 µm wide
+under Table 1. A penalty bears its load over a width of its own, larger under light loads and on narrow pillars.
 Sources: Barber, Contact Mechanics (2018), 6.2, for symmetric profiles; Sneddon, Int. J. Engng Sci. 3 (1965) 47-57, for
 round ones; the penalty's integral is ours.
 """
@@ -171,8 +171,8 @@ def half_width(
     def penalty(a: float) -> float:
         depth = profile.gap(a)
         points = (a * (k + 0.5) / POINTS for k in range(POINTS))
-        across = 2 * math.pi if profile.around else 2.0
-        return across * sum((t if profile.around else 1.0) * pressure(depth - profile.gap(t)) for t in points) * a / POINTS
+        lengths = ((t, 2 * math.pi * t if profile.around else 2.0) for t in points)
+        return sum(length * pressure(depth - profile.gap(t)) for t, length in lengths) * a / POINTS
 
     a = _where(elastic, load, radius)
     return a if penalty(a) >= load else _where(penalty, load, radius)

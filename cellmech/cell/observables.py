@@ -1,8 +1,8 @@
 """What is reported of a state: maxima, means and shares per region, shape, contact, energies.
 
 Stress and strain are evaluated at fixed points of each element, its nodes or a finer lattice, from that element's own
-gradient and material; the largest value counts and neighbours are never averaged. Means are over the reference area, or volume. To
-add an observable: a method that returns a number, called in `Observer.observe`.
+gradient and material; the largest value counts and neighbours are never averaged. Means are over the reference area, or
+volume. To add an observable: a method that returns a number, called in `Observer.observe`.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from cellmech.cell.lattice import lattice, lattice_pieces
 from cellmech.cell.samples import (
     DET_F,
     INTEGRALS,
@@ -26,12 +27,12 @@ from cellmech.cell.samples import (
     Region,
     Samples,
     exceeded_on,
-    lattice,
-    lattice_triangles,
     merge,
 )
 from cellmech.errors import MeshError
+from cellmech.fem.boundary import boundary
 from cellmech.fem.outline import Outline
+from cellmech.fem.surface import Surface
 from cellmech.mechanics.kinematics import Kinematics
 from cellmech.mechanics.obstacles import Obstacle, Pillar
 from cellmech.solver.det_f import order_of, quadrature
@@ -39,7 +40,7 @@ from cellmech.solver.simulation import Run
 
 QUANTITIES = {"sigma_mises": "_Pa", "J1": "", "J2": "", "J3": "", "pressure": "_Pa"}  # and their units
 STRAINS = ("J1", "J2", "J3")
-# Share of a region's area or volume above its 99th percentile. The last digits keep the bound off the sums of equal areas, where
+# Share of a region's size above its 99th percentile. The last digits keep the bound off the sums of equal sizes, where
 # round-off, another on each number of ranks, would decide between two points.
 ABOVE_P99 = 0.01 * (1 + 1e-9)
 SETTLED = 1e-9  # a maximum over time moves on only for more than this share of its size: round-off is no growth
@@ -64,8 +65,9 @@ class Layout:
     """The geometry that reporting needs.
 
     Args:
-        centre: of the cell at the start [µm].
-        half: whether its section is half a disc.
+        centre: of the cell at the start, as many coordinates as the mesh has [µm].
+        half: whether its section at z = 0 is half a disc.
+        mirrored: coordinates whose planes of symmetry bound what is modelled.
         copies: how many times the modelled part makes the whole cell.
         regions: reported regions by name.
         groups: names of the cell groups a region consists of, for the regions that are meshed apart.
@@ -74,8 +76,9 @@ class Layout:
         slide_um: how far it was moved along x to where it rests [µm].
     """
 
-    centre: tuple[float, float]
+    centre: tuple[float, ...]
     half: bool
+    mirrored: tuple[int, ...]
     copies: int
     regions: Mapping[str, Ring]
     groups: Mapping[str, tuple[str, ...]]
@@ -100,15 +103,17 @@ class Observer:
         self.comm = body.domain.mesh.comm
         order = order_of(body.space)
         self.subdivisions = REPORTED[order]
-        reported, (q, w) = lattice(self.subdivisions)[0], quadrature(body.bulk_degree)
+        mesh = body.domain.mesh
+        self.dim = mesh.topology.dim
+        reported, (q, w) = lattice(self.subdivisions, self.dim)[0], quadrature(mesh, body.bulk_degree)
         cells = body.domain.own_cells
         points, weights = np.vstack([reported, q]), np.concatenate([np.zeros(len(reported)), w])
         self.samples = Samples(run, cells, points, weights, len(reported))
         self.gradient = PressureGradient(run, self.samples, points, order)
         self._fine: Samples | None = None
         self.regions = {name: self._region(name) for name in layout.regions}
-        self.nucleus = Outline(body.domain, body.space, "nucleus_outline")
-        self._poles = [self._pole(-1.0), self._pole(1.0)]
+        self.nucleus = boundary(body.domain, body.space, "nucleus_outline", layout.mirrored)
+        self.surface = boundary(body.domain, body.space, "outer", layout.mirrored)
         self.peaks: dict[str, dict[str, tuple[float, float]]] = {name: {} for name in layout.regions}
 
     def _region(self, name: str) -> Region:
@@ -120,7 +125,7 @@ class Observer:
             peak, bulk = index[:, : self.samples.n_max].ravel(), index[:, self.samples.n_max :].ravel()
             return Region(self.samples, self.gradient, peak, bulk)
         if self._fine is None:
-            points, weights = lattice(LATTICE)
+            points, weights = lattice(LATTICE, self.dim)
             self._fine = Samples(self.run, self.samples.cells, points, weights, len(points))
         ring = self.layout.regions[name]
         r = np.linalg.norm(self._fine.position - np.array(self.layout.centre), axis=-1).ravel()
@@ -142,25 +147,19 @@ class Observer:
         within = r.mean(axis=1, keepdims=True) < nucleus_um
         return np.broadcast_to(within == (ring.outer_um <= nucleus_um), r.shape)
 
-    def _pole(self, sign: float) -> np.ndarray:
-        """The owned dof of the nucleus outline's bottom (-1) or top (1) point on the axis, empty on other ranks."""
-        centre = np.array(self.layout.centre)
-        target = centre + np.array([0.0, sign * self.layout.regions["nucleus"].outer_um])
-        hit = np.linalg.norm(self.nucleus.reference - target, axis=-1) < 1e-6 * self.layout.regions["nucleus"].outer_um
-        return self.nucleus.dofs[hit][:1]
-
-    def _position(self, pole: np.ndarray) -> np.ndarray:
-        """Deformed position of a pole [µm]. Collective.
+    def _position(self, outline: Outline, sign: float) -> np.ndarray:
+        """Deformed position of the nucleus outline's bottom (-1) or top (1) point on the axis [µm]. Collective.
 
         Raises:
             MeshError: the mesh has no node there.
         """
-        u, X = self.run.u.reshape(-1, 2), self.run.body.space.tabulate_dof_coordinates()[:, :2]
-        mine = (X[pole[0]] + u[pole[0]]) if len(pole) else None
-        found = [p for p in self.comm.allgather(mine) if p is not None]
+        radius, u = self.layout.regions["nucleus"].outer_um, self.run.state.u
+        target = np.array(self.layout.centre) + [0.0, sign * radius]
+        hit = np.linalg.norm(outline.reference - target, axis=-1) < 1e-6 * radius
+        found = [p for part in self.comm.allgather(outline.nodes(u)[hit][:1]) for p in part]
         if not found:
             raise MeshError("the nucleus outline has no node on the cell's axis")
-        return found[0]
+        return np.asarray(found[0])
 
     def observe(self, t_s: float) -> dict[str, Any]:
         """Evaluate everything after an accepted step (before history moves); nested as in result.json. Collective."""
@@ -183,7 +182,7 @@ class Observer:
     def _of_region(self, name: str, t_s: float) -> dict[str, Any]:
         row = self.table[name]
         maxima, means = row[MAXIMA] + self.rest, row[INTEGRALS] / row[SIZE] + self.rest
-        places = row[PLACES].reshape(-1, 2).tolist()
+        places = row[PLACES].reshape(-1, 3)[:, : self.dim].tolist()
         values: dict[str, Any] = {}
         for k, (quantity, unit) in enumerate(QUANTITIES.items()):
             largest = float(maxima[k])
@@ -220,7 +219,8 @@ class Observer:
         by more than the strains add. Of a ball it is the share of the volumes.
         """
         nucleus, cell = self.table["nucleus"], self.table["cell"]
-        inner, outer = (self.layout.regions[name].size(self.kinematics) / self.layout.copies for name in ("nucleus", "cell"))
+        regions, copies = self.layout.regions, self.layout.copies
+        inner, outer = (regions[name].size(self.kinematics) / copies for name in ("nucleus", "cell"))
         share, peak, integral = {}, {}, {}
         for k, name in enumerate(QUANTITIES):
             if name not in STRAINS:
@@ -234,16 +234,23 @@ class Observer:
 
     def _shape(self) -> tuple[dict[str, float], float | None]:
         """Shape indices of the nucleus outline (eq. 33) and the gap between lamina and pillar on the axis [µm]."""
-        length, area = self.nucleus.extent(self.run.state.u)
-        bottom, top = (self._position(pole) for pole in self._poles)
-        half_length, half_area = (whole / (1 if self.layout.half else 2) for whole in (length, area))
+        u = self.run.state.u
+        if isinstance(self.nucleus, Surface):
+            section = self.nucleus.section_moments(u, level=self.layout.centre[2])
+            length, area = section.length, section.area
+            bottom, top = (self.nucleus.pole(u, sign) for sign in (-1.0, 1.0))
+        else:
+            length, area = self.nucleus.extent(u)
+            bottom, top = (self._position(self.nucleus, sign) for sign in (-1.0, 1.0))
+        halved = self.layout.half and not isinstance(self.nucleus, Surface)  # whose sections are whole
+        half_length, half_area = (whole / (1 if halved else 2) for whole in (length, area))
         straight = float(np.linalg.norm(top - bottom))
         index = {
             "full": 4 * np.pi * 2 * half_area / (2 * half_length) ** 2,
             "half_outline": 4 * np.pi * half_area / (half_length + straight) ** 2,
             "half_area_full_perimeter": 4 * np.pi * half_area / (2 * half_length) ** 2,
         }
-        tops = [pillar.top(float(bottom[0])) for pillar in self.layout.pillars]
+        tops = [pillar.top(float(bottom[0]), *map(float, bottom[2:])) for pillar in self.layout.pillars]
         below = [y for y in tops if y is not None]
         return index, float(bottom[1] - max(below)) if below else None
 
@@ -265,11 +272,15 @@ class Observer:
         obstacles: tuple[Obstacle, ...] = (*run.body.obstacles, *run.out_of_reach)
         if run.body.contact is not None and obstacles:
             contact = run.body.contact
-            depth = run.outline.max_depth(run.state.u, obstacles)
-            length = run.outline.contact_length_x(run.state.u, obstacles, contact.threshold_um)
+            depth = self.surface.max_depth(run.state.u, obstacles)
             result["max_depth_um"] = max(depth, 0.0)
             result["max_pressure_Pa"] = contact.pressure_at(depth)
-            result["half_width_um"] = length if layout.half else length / 2
+            if isinstance(self.surface, Surface):
+                patch = self.surface.contact_area(run.state.u, obstacles, contact.threshold_um)
+                result |= {"half_width_um": patch.along_x_um / 2, "area_um2": patch.area_um2}
+            else:
+                length = self.surface.contact_length_x(run.state.u, obstacles, contact.threshold_um)
+                result["half_width_um"] = length if layout.half else length / 2
         return result
 
     def _energy(self) -> dict[str, float | None]:
@@ -291,8 +302,8 @@ def point_fields(observer: Observer) -> dict[str, np.ndarray]:
     """Point data of the last observed state: what `fields` files hold.
 
     Returns:
-        Values by name, shape (n_triangles, n_points) or, of vectors, (n_triangles, n_points, 2). An element is one
-        triangle of 3 or 6 points, of third order four of 6, with their ends first, then their middles in VTK's order.
+        Values by name, shape (n_pieces, n_points) or, of vectors, (n_pieces, n_points, d). An element is one piece, of
+        third order four triangles or eight tetrahedra; ends first, then their middles in VTK's order.
     """
     samples, gradient = observer.samples, observer.gradient
     reported = slice(0, samples.n_max)
@@ -308,5 +319,5 @@ def point_fields(observer: Observer) -> dict[str, np.ndarray]:
         "pressure_Pa": values[..., PRESSURE],
         "pressure_gradient_Pa_per_um": np.broadcast_to(gradient.values, position.shape),
     }
-    pieces = lattice_triangles(observer.subdivisions)
+    pieces = lattice_pieces(observer.subdivisions, observer.dim)
     return {name: array[:, pieces].reshape(-1, *array[:, pieces].shape[2:]) for name, array in fields.items()}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -19,9 +20,9 @@ from cellmech.solver.state import State
 PRESSURE, DET_F = 4, 5  # columns after sigma_Mises and the strains
 N = 5  # quantities whose maxima and means are reported: the columns before det F
 # A region's numbers in one row, for exchange between ranks:
-MAXIMA, PLACES = slice(0, N), slice(N, 3 * N)  # less their rest values; x, y of each
-STEEPEST, LOWEST = 3 * N, slice(3 * N + 1, 3 * N + 3)  # pressure gradient; pressure, det F
-SIZE, INTEGRALS = 3 * N + 3, slice(3 * N + 4, 4 * N + 4)
+MAXIMA, PLACES = slice(0, N), slice(N, 4 * N)  # less their rest values; x, y, z of each
+STEEPEST, LOWEST = 4 * N, slice(4 * N + 1, 4 * N + 3)  # pressure gradient; pressure, det F
+SIZE, INTEGRALS = 4 * N + 3, slice(4 * N + 4, 5 * N + 4)
 
 
 def state_quantities(state: State, mixture: Mixture) -> Any:
@@ -57,8 +58,8 @@ class Samples:
             self._parts.append((rows, PointValues(state_quantities(state, mixture), points, mesh.comm)))
         place = ufl.as_vector([*ufl.SpatialCoordinate(mesh), ufl.JacobianDeterminant(mesh)])
         placed = PointValues(place, points, mesh.comm)(cells)
-        self.position = placed[..., :2]
-        self.size = np.abs(placed[..., 2]) * weights * body.kinematics.weight(np.moveaxis(self.position, -1, 0))
+        self.position = placed[..., :-1]
+        self.size = np.abs(placed[..., -1]) * weights * body.kinematics.weight(np.moveaxis(self.position, -1, 0))
         self.groups = tags[cells]
         self.values = np.zeros((len(cells), len(points), N + 1))
 
@@ -92,30 +93,35 @@ class PressureGradient:
         fitted = points if order > 2 else points[samples.n_max :]
         self._from = slice(len(points) - len(fitted), None)
         self._slopes = _slopes(fitted, reported if order > 2 else reported[:1], 2 if order > 2 else 1)
-        self.position = np.zeros((len(samples.cells), len(points), 2))
-        self.values = np.zeros((len(samples.cells), self._slopes.shape[1], 2))
+        self.position = np.zeros((len(samples.cells), *points.shape))
+        self.values = np.zeros((len(samples.cells), self._slopes.shape[1], points.shape[1]))
 
     def update(self) -> None:
         """Fit at the current state."""
         self.position = self._position(self._samples.cells)
         columns = [*np.moveaxis(self.position[:, self._from], 2, 0), self._samples.values[:, self._from, PRESSURE]]
-        (a, c), (b, d), (p, q) = (tuple(column @ slopes.T for slopes in self._slopes) for column in columns)
-        self.values = np.stack([p * d - q * b, q * a - p * c], axis=-1) / (a * d - b * c)[..., None]
+        slopes = [tuple(column @ derivative.T for derivative in self._slopes) for column in columns]
+        if len(slopes) == 3:
+            (a, c), (b, d), (p, q) = slopes
+            self.values = np.stack([p * d - q * b, q * a - p * c], axis=-1) / (a * d - b * c)[..., None]
+        else:
+            along = np.moveaxis(np.array(slopes), (0, 1), (-1, -2))  # by each reference coordinate: x, y, z, pressure
+            self.values = np.linalg.solve(along[..., :3], along[..., 3:])[..., 0]
 
 
 def _slopes(fitted: np.ndarray, at: np.ndarray, degree: int) -> np.ndarray:
-    """What makes values at points the derivatives of the polynomial that fits them best; shape (2, n_at, n_fitted)."""
-    powers = [(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)]
+    """What makes values at points the derivatives of the polynomial that fits them best; shape (d, n_at, n_fitted)."""
+    dim = fitted.shape[1]
+    powers = np.array([power for power in product(range(degree + 1), repeat=dim) if sum(power) <= degree])
 
-    def monomials(points: np.ndarray, d: int | None = None) -> np.ndarray:
-        columns = []
-        for i, j in powers:
-            factor, left = (1, (i, j)) if d is None else ((i, (i - 1, j)), (j, (i, j - 1)))[d]
-            columns.append(factor * points[:, 0] ** max(left[0], 0) * points[:, 1] ** max(left[1], 0))
-        return np.stack(columns, axis=-1)
+    def monomials(points: np.ndarray, by: int | None = None) -> np.ndarray:
+        factor, left = np.ones(len(powers)), powers.copy()
+        if by is not None:
+            factor, left[:, by] = powers[:, by], np.maximum(powers[:, by] - 1, 0)
+        return np.asarray(factor * np.prod(points[:, None] ** left, axis=-1))
 
     fit = np.linalg.pinv(monomials(fitted))
-    return np.stack([monomials(at, d) @ fit for d in (0, 1)])
+    return np.stack([monomials(at, by) @ fit for by in range(dim)])
 
 
 @dataclass
@@ -143,7 +149,8 @@ class Region:
         peak, bulk = values[self.peak], values[self.bulk]
         at = self.peak[np.argmax(peak[:, :N], axis=0)]
         row[MAXIMA] = values[at, np.arange(N)]
-        row[PLACES] = self.samples.position.reshape(-1, 2)[at].ravel()
+        place = self.samples.position.reshape(-1, self.samples.position.shape[-1])[at]
+        row[PLACES] = np.pad(place, ((0, 0), (0, 3 - place.shape[1]))).ravel()
         row[STEEPEST] = np.max(np.linalg.norm(self.gradient.values[self._rows], axis=-1))
         row[LOWEST] = np.min(peak[:, N - 1 :], axis=0)
         row[LOWEST.stop - 1] = min(row[LOWEST.stop - 1], np.min(bulk[:, DET_F], initial=np.inf))
@@ -166,7 +173,7 @@ def merge(parts: Sequence[np.ndarray]) -> np.ndarray:
     for part in parts[1:]:
         better = part[:, MAXIMA] > total[:, MAXIMA]
         total[:, MAXIMA] = np.where(better, part[:, MAXIMA], total[:, MAXIMA])
-        total[:, PLACES] = np.where(np.repeat(better, 2, axis=1), part[:, PLACES], total[:, PLACES])
+        total[:, PLACES] = np.where(np.repeat(better, 3, axis=1), part[:, PLACES], total[:, PLACES])
         total[:, STEEPEST] = np.maximum(total[:, STEEPEST], part[:, STEEPEST])
         total[:, LOWEST] = np.minimum(total[:, LOWEST], part[:, LOWEST])
         total[:, SIZE:] += part[:, SIZE:]
@@ -179,38 +186,3 @@ def exceeded_on(size: float, rows: Sequence[np.ndarray]) -> float:
     order = np.argsort(-values, kind="stable")
     above = np.cumsum(sizes[order])
     return float(values[order[min(int(np.searchsorted(above, size, side="right")), len(order) - 1)]])
-
-
-def lattice(n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Points of the reference triangle's n-fold subdivision and weights that integrate linear functions exactly."""
-    index = _lattice_index(n)
-    weights = np.zeros(len(index))
-    for i, j in index:
-        for corners in (((i, j), (i + 1, j), (i, j + 1)), ((i + 1, j), (i + 1, j + 1), (i, j + 1))):
-            if all(c in index for c in corners):
-                weights[[index[c] for c in corners]] += 1 / (6 * n * n)
-    return np.array(list(index), dtype=float) / n, weights
-
-
-def lattice_triangles(n: int) -> np.ndarray:
-    """Numbers of the lattice's points in triangles that cover it: ends, then, for even n, the middles between them.
-
-    Shape (n * n, 3) for odd n, (n * n / 4, 6) for even n; sides are in VTK's order: 01, 12, 20.
-    """
-    index, step = _lattice_index(n), 1 if n % 2 else 2
-    found = []
-    for i, j in index:
-        if i % step or j % step:
-            continue
-        for a, b, c in (
-            ((i, j), (i + step, j), (i, j + step)),
-            ((i + step, j), (i + step, j + step), (i, j + step)),
-        ):
-            if b in index and c in index and a in index:
-                middles = [tuple((p + q) // 2 for p, q in zip(*ends, strict=True)) for ends in ((a, b), (b, c), (c, a))]
-                found.append([index[point] for point in (a, b, c, *(middles if step == 2 else ()))])
-    return np.array(found)
-
-
-def _lattice_index(n: int) -> dict[tuple[int, ...], int]:
-    return {ij: k for k, ij in enumerate((i, j) for j in range(n + 1) for i in range(n + 1 - j))}

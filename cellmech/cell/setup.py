@@ -15,20 +15,21 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from cellmech.cell.additions import Additions
-from cellmech.cell.footing import follow, modulus_of
 from cellmech.cell.layering import INSIDE_OUT, MERGED, MeshPlan, fade_of
+from cellmech.cell.meshing import mesh_spec
 from cellmech.cell.observables import Layout, Ring
 from cellmech.errors import InputError, SolveError
 from cellmech.fem.coefficients import mixtures
 from cellmech.fem.domain import Domain, build_domain, whole
 from cellmech.fem.jit import displacement_space, pressure_space
-from cellmech.fem.outline import Outline
+from cellmech.fem.boundary import boundary
 from cellmech.mechanics.balance import Body
 from cellmech.mechanics.contact import Contact, smooth_step
 from cellmech.mechanics.kinematics import GEOMETRIES
 from cellmech.mechanics.laws import LAWS
 from cellmech.mechanics.materials import Material
 from cellmech.mechanics.obstacles import Flat, Obstacle, Pillar
+from cellmech.mesh.ball import BallSpec
 from cellmech.mesh.disc import DiscSpec
 from cellmech.scene.parts import LAYER_NAMES, LayerName
 from cellmech.scene.placement import STEEP, Placement, placement, rest_beside, slope_at, standing
@@ -41,16 +42,16 @@ from cellmech.solver.simulation import Run
 KG_M3 = 1e-12  # kg/m^3 in Pa s^2/µm^2
 M_S2 = 1e6  # m/s^2 in µm/s^2
 
-ZONE_OVER_HERTZ = 1.32  # on Table 1 the contact edge lies at 0.9 of Hertz's half-width, the membrane's peaks beyond it
 NEAR = 5e-4  # of the radius: an obstacle that near is modelled from the start
+PLANES = {"axis": 0, "symmetry x": 0, "symmetry z": 2}  # facet groups, and the component that is held on each
 SMALL_FALL = 1e-5  # of a fall: errors of its first moments, which it carries on, are relative to no less
 OVERLAP = 1e-6  # of the radius: so deep an obstacle may begin, for rounding
 NONE = Additions()
 _MESHES = MPI.Comm.Create_keyval()  # a number of a communicator would not do: MPI gives it to another one after `Free`
 
 
-def _domain(spec: DiscSpec, comm: MPI.Comm) -> Domain:
-    """The mesh of a disc; a communicator keeps its last few, so that they end with it (collective)."""
+def _domain(spec: DiscSpec | BallSpec, comm: MPI.Comm) -> Domain:
+    """The mesh of a disc or a ball; a communicator keeps its last few, so that they end with it (collective)."""
     kept: Any = comm.Get_attr(_MESHES)
     if kept is None:
         kept = lru_cache(maxsize=4)(partial(build_domain, comm=comm))
@@ -84,10 +85,10 @@ def mixed_layers(scene: Scene) -> frozenset[LayerName]:
     return frozenset(LAYER_NAMES if everywhere else wanted)
 
 
-def smeared_weights(scene: Scene, domain: Domain, centre: tuple[float, float]) -> dict[str, Any]:
+def smeared_weights(scene: Scene, domain: Domain, centre: tuple[float, ...]) -> dict[str, Any]:
     """The paper's characteristic functions g_i [-] (eqs 2-5), H of positive argument inside; no fade at the rim."""
     X = ufl.SpatialCoordinate(domain.mesh)
-    r = ufl.sqrt((X[0] - centre[0]) ** 2 + (X[1] - centre[1]) ** 2)
+    r = ufl.sqrt(sum((X[k] - c) ** 2 for k, c in enumerate(centre)))
     width = fem.Constant(domain.mesh, float(scene.cell.smear_um or 0.0))
     weights: dict[str, Any] = {}
     inside: Any = 0.0
@@ -143,30 +144,10 @@ class Setup:
         self.force_density = density * KG_M3 * scene.load.gravity_m_s2 * M_S2 * scene.load.factor
         self.weight = self.force_density * self.kinematics.ball(scene.radius_um)
         self.contact = self._contact()
-        standard = DiscSpec(
-            shape=scene.cell.shape,
-            centre=self.centre,
-            interfaces=self.interfaces,
-            nucleus_radius_um=scene.nucleus_radius_um,
-            size_um=scene.mesh.size_um,
-            contact_size_um=scene.mesh.contact_size_um,
-            order=min(scene.mesh.order, 2),
-            thin_layers=scene.mesh.thin_layers,
-            touch=tuple((t.x_um, t.y_um) for t in self.place.touch),
-            contact_zone_um=self._contact_zone_um(),
-            grading=plan.grading,
-        )
-        fitted = scene.mesh.grading == "fitted"
-        self.spec = follow(standard, scene, self.weight, self.contact.pressure_at) if fitted else standard
+        self.spec = mesh_spec(scene, plan, self.centre, self.place.touch, self.weight, self.contact)
         self.domain = _domain(self.spec, comm)
         self.obstacles = additions.beside(obstacles_of(scene), scene.radius_um if self.half else None)
         self.body, self.out_of_reach = self._body()
-
-    def _contact_zone_um(self) -> float:
-        """Radius of the finely meshed zone [µm]: somewhat more than Hertz's half-width on the cytosol's solid."""
-        radius, modulus = self.scene.radius_um, modulus_of(self.scene)
-        half_width = self.kinematics.hertz_um(abs(self.weight), radius, modulus)
-        return radius * min(max(ZONE_OVER_HERTZ * half_width / radius, 0.1), 1.0)
 
     def _contact(self) -> Contact:
         """How obstacles push, whether there are any or not."""
@@ -205,7 +186,7 @@ class Setup:
             mixtures=mixtures(domain, layers if smeared else groups, blend),
             space=space,
             bcs=self.symmetry(space),
-            body_force=(0.0, -self.force_density),
+            body_force=tuple(-self.force_density if k == 1 else 0.0 for k in range(self.kinematics.components)),
             contact=contact,
             density=scene.cell.density_kg_m3 * KG_M3 if scene.cell.inertia else None,
             amplitude=ramp(scene.load.half_ramp_s),
@@ -214,7 +195,7 @@ class Setup:
             pressure_space=pressure_space(domain.mesh) if mixed else None,
             kinematics=self.kinematics,
         )
-        outline, rest = Outline(domain, space, "outer"), fem.Function(space)
+        outline, rest = boundary(domain, space, "outer"), fem.Function(space)
         gap = -max(self.contact.width, NEAR * scene.radius_um)
         depths = {label: outline.max_depth(rest, [o]) for label, o in self.obstacles.items()}
         for label in self.additions.obstacles:
@@ -227,13 +208,14 @@ class Setup:
         return dataclasses.replace(body, obstacles=reached), others
 
     def symmetry(self, space: Any) -> tuple[Any, ...]:
-        """u_x = 0 on the axis of a half cell."""
-        if not self.half:
-            return ()
-        tags = self.domain.facet_tags
-        facets = tags.indices[tags.values == self.domain.facets["axis"]]
-        dofs = fem.locate_dofs_topological(space.sub(0), 1, facets)
-        return (fem.dirichletbc(PETSc.ScalarType(0), dofs, space.sub(0)),)
+        """No displacement across the planes, or the axis, at which the modelled part ends."""
+        tags, found = self.domain.facet_tags, []
+        for name, component in PLANES.items():
+            if name in self.domain.facets:
+                facets = tags.indices[tags.values == self.domain.facets[name]]
+                dofs = fem.locate_dofs_topological(space.sub(component), tags.dim, facets)
+                found.append(fem.dirichletbc(PETSc.ScalarType(0), dofs, space.sub(component)))
+        return tuple(found)
 
     @property
     def mirror_symmetric(self) -> bool:

@@ -103,11 +103,11 @@ def model_to_mesh(model: Any, comm: MPI.Comm, gdim: int = 2) -> tuple[Any, Any, 
 
 
 def cell_points(mesh: Any) -> np.ndarray:
-    """Coordinates of the geometry nodes of this rank's own cells, shape (cells, nodes, 2)."""
+    """Coordinates of the geometry nodes of this rank's own cells, shape (cells, nodes, dimension)."""
     dofs, cells = mesh.geometry.dofmap, mesh.topology.index_map(mesh.topology.dim).size_local
     if OLD:
         dofs = dofs.array.reshape(dofs.num_nodes, -1)
-    return mesh.geometry.x[dofs[:cells], :2]
+    return mesh.geometry.x[dofs[:cells], : mesh.geometry.dim]
 
 
 def displacement_space(mesh: Any, degree: int, jit: dict[str, Any], bubble: bool = False) -> Any:
@@ -122,7 +122,7 @@ def displacement_space(mesh: Any, degree: int, jit: dict[str, Any], bubble: bool
         from basix.ufl import blocked_element
 
         return fem.functionspace(mesh, blocked_element(_p2_bubble(), shape=(2,)))
-    return fem.functionspace(mesh, ("Lagrange", degree, (2,)))
+    return fem.functionspace(mesh, ("Lagrange", degree, (mesh.geometry.dim,)))
 
 
 def _p2_bubble() -> Any:
@@ -137,6 +137,18 @@ def _p2_bubble() -> Any:
     from basix.ufl import custom_element
 
     return custom_element(*start, basix.MapType.identity, basix.SobolevSpace.H1, False, *degrees)
+
+
+def interpolation_matrix(coarse: Any, fine: Any) -> PETSc.Mat:
+    """Values at the nodes of one space of a function of another one on the same mesh (collective)."""
+    if OLD:
+        matrix = dolfinx.cpp.fem.petsc.interpolation_matrix(coarse._cpp_object, fine._cpp_object)
+    else:
+        from dolfinx.fem.petsc import interpolation_matrix as interpolated
+
+        matrix = interpolated(coarse, fine)
+    matrix.assemble()
+    return matrix
 
 
 def discontinuous_space(mesh: Any, degree: int, jit: dict[str, Any]) -> Any:

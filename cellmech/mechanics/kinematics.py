@@ -104,16 +104,13 @@ class PlaneStrain:
 
 
 @dataclass(frozen=True)
-class Axisymmetric:
-    """The half plane x > 0 turned about x = 0: x is the radius r, nothing moves around, F33 = 1 + u_r/r.
+class ThreeD:
+    """A body in space. The reported J1, J2, J3 are tr C, tr C^2, det C, 3, 3, 1 at rest."""
 
-    On the axis u_r/r is its limit, du_r/dr. The reported J1, J2, J3 are tr C, tr C^2, det C, 3, 3, 1 at rest.
-    """
-
-    words: ClassVar[str] = "axisymmetric, finite strain: the half disc turned about x = 0"
+    words: ClassVar[str] = "3-D, finite strain"
     force_unit: ClassVar[str] = "pN"
     content: ClassVar[str] = "volume_um3"
-    components: ClassVar[int] = 2
+    components: ClassVar[int] = 3
     rest: ClassVar[tuple[float, float, float]] = (3.0, 3.0, 1.0)
     directions: ClassVar[int] = 3
 
@@ -121,6 +118,37 @@ class Axisymmetric:
     def stretched(self) -> Any:
         """See `Kinematics`."""
         return ufl.Identity(3)
+
+    def gradient(self, v: Any) -> Any:
+        """See `Kinematics`."""
+        return ufl.grad(v)
+
+    def vector(self, v: Any) -> Any:
+        """See `Kinematics`."""
+        return v
+
+    def weight(self, x: Any) -> Any:
+        """See `Kinematics`."""
+        return 1
+
+    def ball(self, radius: float) -> float:
+        """See `Kinematics`."""
+        return 4 / 3 * math.pi * radius**3
+
+    def hertz_um(self, force: float, radius: float, modulus: float) -> float:
+        """See `Kinematics`."""
+        return float((0.75 * force * radius / modulus) ** (1 / 3))
+
+
+@dataclass(frozen=True)
+class Axisymmetric(ThreeD):
+    """The half plane x > 0 turned about x = 0: x is the radius r, nothing moves around, F33 = 1 + u_r/r.
+
+    On the axis u_r/r is its limit, du_r/dr.
+    """
+
+    words: ClassVar[str] = "axisymmetric, finite strain: the half disc turned about x = 0"
+    components: ClassVar[int] = 2
 
     def gradient(self, v: Any) -> Any:
         """See `Kinematics`."""
@@ -138,17 +166,9 @@ class Axisymmetric:
         """See `Kinematics`: 2 pi r [µm]."""
         return 2 * math.pi * x[0]
 
-    def ball(self, radius: float) -> float:
-        """See `Kinematics`."""
-        return 4 / 3 * math.pi * radius**3
 
-    def hertz_um(self, force: float, radius: float, modulus: float) -> float:
-        """See `Kinematics`."""
-        return float((0.75 * force * radius / modulus) ** (1 / 3))
-
-
-PLANE_STRAIN, AXISYMMETRIC = PlaneStrain(), Axisymmetric()
-GEOMETRIES: dict[str, Kinematics] = {"plane": PLANE_STRAIN, "axisymmetric": AXISYMMETRIC}
+PLANE_STRAIN, AXISYMMETRIC, THREE_D = PlaneStrain(), Axisymmetric(), ThreeD()
+GEOMETRIES: dict[str, Kinematics] = {"plane": PLANE_STRAIN, "axisymmetric": AXISYMMETRIC, "3d": THREE_D}
 
 
 def deformation_gradient(u: Any, kinematics: Kinematics) -> Any:

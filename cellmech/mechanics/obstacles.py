@@ -33,8 +33,8 @@ class Obstacle(Protocol):
 class Pillar:
     """A micropillar, l = 1 - |(x - x_mp)/w|^e - |(y - y_mp)/h|^e [-] (eq. 26; w is the half-width).
 
-    Its upper half is an arch, whose height is `rise`. A disc is one too, of exponent 2. Turned about x = 0 it is a round
-    pillar if x_mp = 0, and else a ring.
+    Its upper half is an arch, whose height is `rise`. A disc is one too, of exponent 2. Turned about x = 0 it is round, or
+    a ring where x_mp > 0.
     """
 
     x_um: float

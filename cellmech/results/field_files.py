@@ -1,4 +1,4 @@
-"""Field files for ParaView: every triangle with its own points, so that nothing is averaged between neighbours."""
+"""Field files for ParaView: every element with its own points, so that nothing is averaged between neighbours."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from cellmech.cell.observables import Observer, point_fields
 from cellmech.results.records import CaseFolder
 
-VTK_TRIANGLE, VTK_QUADRATIC_TRIANGLE = 5, 22
+VTK_KINDS = {(2, 3): 5, (2, 6): 22, (3, 4): 10, (3, 10): 24}  # by dimension and points of a piece
 VTK_TYPES = {"float64": "Float64", "int64": "Int64", "int32": "Int32", "uint8": "UInt8"}
 BEYOND = "beyond_ellipticity"
 LAYER_CODES = {"nucleoplasm": 0, "lamina": 1, "cytosol": 2, "membrane": 3}
@@ -47,7 +47,7 @@ def write_fields(
 
 
 def _layers(observer: Observer, nodes: np.ndarray) -> np.ndarray:
-    """By the mean radius of a triangle's points: the centroid of a long curved one lies below its own layer."""
+    """By the mean radius of a piece's points: the centroid of a long curved one lies below its own layer."""
     r = np.linalg.norm(nodes - np.array(observer.layout.centre), axis=-1).mean(axis=1)
     codes = np.full(len(r), LAYER_CODES["membrane"], dtype=np.int32)
     for name in ("cytosol", "lamina", "nucleoplasm"):
@@ -56,13 +56,13 @@ def _layers(observer: Observer, nodes: np.ndarray) -> np.ndarray:
 
 
 def _write_vtu(path: Path, data: dict[str, np.ndarray], marks: tuple[str, ...] = ()) -> None:
-    """Write triangles as an unstructured grid; without VTK, whose loading takes ten times as long as the writing.
+    """Write triangles or tetrahedra as an unstructured grid; without VTK, whose loading takes ten times as long.
 
     Marks are names of field data of one number, 1.
 
     Source: VTK file formats, "XML" (docs.vtk.org): appended raw data, each array one block that zlib has compressed.
     """
-    n_cells, n_nodes = data["position"].shape[:2]
+    n_cells, n_nodes, dim = data["position"].shape
     blocks: list[bytes] = []
 
     def array(name: str, values: np.ndarray) -> str:
@@ -76,10 +76,10 @@ def _write_vtu(path: Path, data: dict[str, np.ndarray], marks: tuple[str, ...] =
         return f'<DataArray type="{kind}" Name="{name}"{parts} format="appended" offset="{offset}"/>'
 
     def three(vectors: np.ndarray) -> np.ndarray:
-        return np.pad(vectors.reshape(-1, 2), ((0, 0), (0, 1)))
+        return np.pad(vectors.reshape(-1, dim), ((0, 0), (0, 3 - dim)))
 
     fields = {name: values for name, values in data.items() if name not in ("position", "layer")}
-    kinds = np.full(n_cells, VTK_QUADRATIC_TRIANGLE if n_nodes == 6 else VTK_TRIANGLE, dtype=np.uint8)
+    kinds = np.full(n_cells, VTK_KINDS[dim, n_nodes], dtype=np.uint8)
     sections = {
         "PointData": [array(name, three(v) if v.ndim == 3 else v.ravel()) for name, v in fields.items()],
         "CellData": [array("layer", data["layer"])],

@@ -27,7 +27,7 @@ PARTIAL = ".partial-"  # begins the name of a file that is being written
 RESULT, HISTORY, LOG, CHECKPOINT = "result.json", "history.csv", "run.log", "checkpoint.npz"
 DATA = (HISTORY, "fields.*", "fields_*")  # files that result.json vouches for
 FROM_AN_EARLIER_RUN = (RESULT, CHECKPOINT, *DATA, f"{PARTIAL}*")
-WORDS = ("stability.layer", *(f"stability.in_space.{name}" for name in ("layer", "normal", "motion")))  # and vectors
+WORDS = tuple(f"stability.{kind}{name}" for kind in ("", "in_space.") for name in ("layer", "normal", "motion"))
 NO_SCALARS = ("schema", "scene", "rest", "versions", "model", "accuracy")  # of result.json: where a result comes from
 
 
@@ -58,7 +58,7 @@ def _move(partial: Path, path: Path, durable: bool) -> None:
 
 
 def flatten(result: Mapping[str, Any]) -> dict[str, Scalar]:
-    """The scalars of (a part of) result.json by dotted key; a place `..._at_um` gives `.x` and `.y`.
+    """The scalars of (a part of) result.json by dotted key; a place `..._at_um` gives `.x`, `.y` and, in 3-D, `.z`.
 
     Texts and lists have no place in a table and are left out, and so is what `NO_SCALARS` names.
     """
@@ -75,8 +75,8 @@ def _scalars(table: Mapping[str, Any], start: str) -> Iterator[tuple[str, Scalar
         elif isinstance(value, Mapping):
             yield from _scalars(value, f"{key}.")
         elif name.endswith("at_um"):
-            x, y = (None, None) if value is None else value
-            yield from _scalars({"x": x, "y": y}, f"{key}.")
+            place = (None, None) if value is None else value
+            yield from _scalars(dict(zip("xyz", place, strict=False)), f"{key}.")
         elif value is None or isinstance(value, Integral):
             yield key, None if value is None else int(value)
         elif isinstance(value, Real):

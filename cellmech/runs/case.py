@@ -7,7 +7,7 @@ import resource
 import time
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -34,7 +34,7 @@ from cellmech.scene.case import Case
 from cellmech.scene.files import scene_to_toml
 from cellmech.solver.acceptance import Acceptance
 from cellmech.solver.ellipticity import Stability, StabilityWatch
-from cellmech.solver.ellipticity_in_space import StabilityInSpace, least_in_space
+from cellmech.solver.ellipticity_in_space import EllipticityInSpace, StabilityInSpace
 from cellmech.solver.resolution import doubts, missed
 from cellmech.solver.schedule import Memory, Step
 from cellmech.solver.simulation import Run
@@ -104,7 +104,7 @@ def _solve(
     folder.write_text("scene.toml", scene_to_toml(scene))
     setup = Setup(scene, comm, plan, additions)
     run: Run | None = None
-    stability: Stability | None = None
+    stability: Stability | StabilityInSpace | None = None
     scalars: dict[str, Any] = {}
     series: list[tuple[float, str]] = []
     status, reason, settled = "solved", "", None
@@ -168,19 +168,21 @@ def _solve(
         folder.log(f"failed: {reason}")
     in_space: StabilityInSpace | None = None
     if scalars and run is not None:
-        in_space = least_in_space(run.body, run.state.u)
+        if stability is not None and setup.kinematics.components == 2:
+            in_space = EllipticityInSpace(run.body, run.state.u).find()
         if in_space is not None and in_space.lost and not (stability is not None and stability.lost):
             in_doubt["ellipticity in space"] = OUT_OF_PLANE.format(in_space)
             folder.log(f"warning: ellipticity in space: {in_doubt['ellipticity in space']}")
         write_fields(folder, observer, run.t, series, bool(accepted.beyond))
         look_at_contact()
     folder.agree()
+    extra = {} if in_space is None else {"in_space": in_space.as_dict()}
     result = _provenance(case, setup, run, comm, in_doubt)
     result |= {
         "status": status,
         "reason": reason,
         "settled": settled,
-        "stability": None if stability is None else stability.as_dict() | {"in_space": in_space and asdict(in_space)},
+        "stability": None if stability is None else stability.as_dict() | extra,
         "wall_s": earlier_s + time.perf_counter() - started,
     }
     if goes_on:
@@ -190,7 +192,7 @@ def _solve(
     return result | scalars
 
 
-def _last_good_state(run: Run | None, scalars: dict[str, Any], stability: Stability | None) -> str:
+def _last_good_state(run: Run | None, scalars: dict[str, Any], stability: Stability | StabilityInSpace | None) -> str:
     """What the last accepted state, or else the last equilibrium on the way to the first, says about a failure."""
     if run is None or stability is None:
         return ""

@@ -10,6 +10,7 @@ from typing import Any, Protocol
 
 from cellmech.errors import SolveError
 from cellmech.solver.ellipticity import AT_REST, Stability, StabilityWatch
+from cellmech.solver.ellipticity_in_space import StabilityInSpace
 from cellmech.solver.energy_balance import Ledger
 
 MISSED = 0.02  # share of the contact's force that the points at which it is integrated may miss unsaid
@@ -55,7 +56,7 @@ class Acceptance:
         self.run, self.watch, self.end_s, self.goes_on, self.missed = run, watch, end_s, goes_on, missed
         self.beyond: dict[str, float] = {}  # since when ellipticity has been lost, in a case that goes on nevertheless
         self.doubt = ""  # what is said of states beyond it
-        self.stability: Stability | None = None  # of the last state that was looked at
+        self.stability: Stability | StabilityInSpace | None = None  # of the last state that was looked at
 
     def judge(self, t: float, amplitude: float) -> None:
         """Raise `Refused` for a state at the time t [s] that does not count. Collective."""

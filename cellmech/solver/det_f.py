@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import basix
 import numpy as np
 import ufl
@@ -18,14 +20,14 @@ class DetFWatch:
 
     def __init__(self, body: Body, state: State) -> None:
         mesh = body.domain.mesh
-        inside = quadrature(body.bulk_degree)[0]
+        inside = quadrature(mesh, body.bulk_degree)[0]
         points = np.vstack([inside, node_points(body.space)])
         det_F = ufl.det(deformation_gradient(state.u, body.kinematics))
         self._everywhere, self._inside = (PointValues(det_F, at, mesh.comm) for at in (points, inside))
         self._cells = body.domain.own_cells
         self._place = PointValues(ufl.SpatialCoordinate(mesh), points, mesh.comm)(self._cells)
         self._comm = mesh.comm
-        self.worst: tuple[float, float, float] | None = None
+        self.worst: tuple[float, ...] | None = None  # value and place [µm]
 
     def admissible(self, least: float = 0.0, on_the_way: bool = False) -> bool:
         """Whether det F > least at every point on every rank (collective); remembers the worst point if not.
@@ -33,11 +35,11 @@ class DetFWatch:
         On the way to a solution the quadrature points are enough.
         """
         values = (self._inside if on_the_way else self._everywhere)(self._cells)[..., 0]
-        mine = (np.inf, 0.0, 0.0)
+        mine: tuple[float, ...] = (np.inf, 0.0)
         if values.size:
             k = np.unravel_index(np.argmin(values), values.shape)  # a NaN counts as the least
             value = float(values[k]) if np.isfinite(values[k]) else -np.inf
-            mine = (value, float(self._place[k][0]), float(self._place[k][1]))
+            mine = (value, *map(float, self._place[k]))
         if self._comm.size > 1:
             mine = min(self._comm.allgather(mine))
         if mine[0] > least:
@@ -46,9 +48,10 @@ class DetFWatch:
         return False
 
 
-def quadrature(degree: int) -> tuple[np.ndarray, np.ndarray]:
-    """Points, shape (n, 2), and weights, shape (n,), on the reference triangle (sum of weights 1/2)."""
-    points, weights = basix.make_quadrature(basix.CellType.triangle, degree)
+def quadrature(mesh: Any, degree: int) -> tuple[np.ndarray, np.ndarray]:
+    """Points, shape (n, d), and weights, shape (n,), on the reference cell (sum of weights 1/2 or 1/6)."""
+    kind = basix.CellType.triangle if mesh.topology.dim == 2 else basix.CellType.tetrahedron
+    points, weights = basix.make_quadrature(kind, degree)
     return np.asarray(points), np.asarray(weights)
 
 

@@ -33,7 +33,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import ufl
@@ -46,7 +46,9 @@ from cellmech.mechanics.balance import Body
 from cellmech.mechanics.invariants import Invariants
 from cellmech.mechanics.kinematics import Kinematics, deformation_gradient, green_lagrange
 from cellmech.mechanics.materials import Mixture
+from cellmech.names import coordinates
 from cellmech.solver.det_f import node_points, quadrature
+from cellmech.solver.ellipticity_in_space import EllipticityInSpace, StabilityInSpace
 from cellmech.solver.waves import Waves, least_over_directions
 
 GROWTH = 10.0  # of the largest strain, and …
@@ -87,9 +89,8 @@ class Stability:
         """Margin, place and directions in words."""
         if self.margin is None or self.at_um is None:
             return "margin 1 everywhere" if self.margin is not None else "no solid"
-        x, y = self.at_um
         return (
-            f"margin {self.margin:.3g} at reference x = {x:.3g}, y = {y:.3g} um in the {self.layer} "
+            f"margin {self.margin:.3g} at reference {coordinates(self.at_um)} um in the {self.layer} "
             f"(normal at {self.angle_deg:.0f} degrees, motion at {self.amplitude_deg:.0f})"
         )
 
@@ -104,7 +105,7 @@ class Ellipticity:
 
     def __init__(self, body: Body, u: fem.Function) -> None:
         mesh = body.domain.mesh
-        points = np.vstack([quadrature(body.bulk_degree)[0], node_points(body.space)])
+        points = np.vstack([quadrature(mesh, body.bulk_degree)[0], node_points(body.space)])
         self._comm = mesh.comm
         owned = body.domain.own_cells
         place = PointValues(ufl.SpatialCoordinate(mesh), points, mesh.comm)
@@ -142,6 +143,13 @@ class Ellipticity:
         return Stability(least, (float(x), float(y)), self._layers[int(groups[k])], *map(float, directions))
 
 
+class Looks(Protocol):
+    """What finds the least margin of a state."""
+
+    def find(self) -> Stability | StabilityInSpace:
+        """It. Collective."""
+
+
 class StabilityWatch:
     """Looks at the states of a run as often as their margin could run out: a look costs a tenth of a time step.
 
@@ -154,13 +162,14 @@ class StabilityWatch:
 
     def __init__(self, body: Body, u: fem.Function) -> None:
         mesh, E = body.domain.mesh, green_lagrange(u, body.kinematics)
-        self._ellipticity = Ellipticity(body, u)
+        planar = mesh.topology.dim == 2
+        self._ellipticity: Looks = Ellipticity(body, u) if planar else EllipticityInSpace(body, u)
         self._square = PointValues(ufl.inner(E, E), node_points(body.space), mesh.comm)
         self._cells = body.domain.own_cells
         self._comm = mesh.comm
         self.seen = AT_REST
 
-    def look_if_due(self) -> Stability | None:
+    def look_if_due(self) -> Stability | StabilityInSpace | None:
         """The least margin of the current state; None while it cannot have come near to 0. Collective."""
         (strain, margin), now = self.seen, self._strain()
         if now <= strain:
@@ -169,7 +178,7 @@ class StabilityWatch:
         due = now > GROWTH * strain or now > strain + INCREMENT or lost > SHARE * margin
         return self.look(now) if due else None
 
-    def look(self, strain: float | None = None) -> Stability:
+    def look(self, strain: float | None = None) -> Stability | StabilityInSpace:
         """The least margin of the current state. Collective."""
         found = self._ellipticity.find()
         self.seen = (self._strain() if strain is None else strain, 1.0 if found.margin is None else found.margin)
@@ -199,8 +208,8 @@ def yeoh_bounds(beta_over_mu: float) -> tuple[float | None, float | None]:
 def moduli(u: fem.Function, mixture: Mixture, kinematics: Kinematics) -> Any:
     """F, S and dS/dE of the solid, the last two over mu of the point [-], as a UFL vector of length 4 + 3 + 6.
 
-    F is (F11, F12, F21, F22). W is taken as a function of E11, E12, E22, which waves in the plane change: S is then (S11, 2 S12, S22), and dS/dE the
-    upper triangle of W's Hessian, row by row.
+    F is (F11, F12, F21, F22). W is taken as a function of E11, E12, E22, which waves in the plane change: S is then
+    (S11, 2 S12, S22), and dS/dE the upper triangle of W's Hessian, row by row.
     """
     E = green_lagrange(u, kinematics)
     e = [ufl.variable(E[0, 0]), ufl.variable(E[0, 1]), ufl.variable(E[1, 1])]

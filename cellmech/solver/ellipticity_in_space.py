@@ -1,12 +1,14 @@
 """Strong ellipticity against waves in all directions of space, also those that a plane or a turned body cannot show.
 
 The states of a plane, or of a body turned about an axis, are computed among such states only: a wave out of the plane
-cannot grow in them, however slow. In a real body it can. So the loss found here stops no run in a plane: it is said, and
-with it that the state is not stable in space. Laws are functions of the invariants, so the solid is isotropic.
+cannot grow in them, however slow. In a real body it can. So the loss found here stops no run in a plane: a warning says
+that the state is not stable in space. Laws are functions of the invariants, so the solid is isotropic.
 """
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,6 +22,7 @@ from cellmech.mechanics.balance import Body
 from cellmech.mechanics.invariants import GivenInvariants, Invariants
 from cellmech.mechanics.kinematics import Kinematics, deformation_gradient, green_lagrange
 from cellmech.mechanics.materials import Mixture
+from cellmech.names import coordinates
 from cellmech.solver.det_f import node_points, quadrature
 from cellmech.solver.waves_in_space import SpaceWaves
 
@@ -33,75 +36,88 @@ class StabilityInSpace:
     """The point of a state where the solid is nearest to losing ellipticity to any wave, or has lost it.
 
     Args:
-        margin: least eigenvalue of the acoustic tensor over c_s mu [-].
+        margin: least eigenvalue of the acoustic tensor over c_s mu [-]; None where there is no solid at all.
         at_um: reference place [µm]; None, as what follows, where the margin is that of rest everywhere.
         layer: name of the group of cells.
         normal: of the wave, in the reference, shape (3,) [-].
         motion: direction in which points move, shape (3,) [-].
     """
 
-    margin: float
+    margin: float | None
     at_um: tuple[float, ...] | None = None
     layer: str | None = None
-    normal: tuple[float, float, float] | None = None
-    motion: tuple[float, float, float] | None = None
+    normal: tuple[float, ...] | None = None
+    motion: tuple[float, ...] | None = None
 
     @property
     def lost(self) -> bool:
         """Whether ellipticity is lost at some point."""
-        return self.margin < 0
+        return self.margin is not None and self.margin < 0
+
+    def as_dict(self) -> dict[str, Any]:
+        """For result.json."""
+        return dataclasses.asdict(self)
 
     def __str__(self) -> str:
         """Margin, place and directions in words."""
         if self.at_um is None or self.normal is None or self.motion is None:
-            return "margin 1 everywhere"
-        place = ", ".join(f"{axis} = {value:.3g}" for axis, value in zip("xyz", self.at_um, strict=False))
+            return "margin 1 everywhere" if self.margin is not None else "no solid"
         normal, motion = (", ".join(f"{c:.2g}" for c in vector) for vector in (self.normal, self.motion))
-        return f"margin {self.margin:.3g} at reference {place} um in the {self.layer} (normal {normal}, motion {motion})"
+        place = f"{coordinates(self.at_um)} um in the {self.layer}"
+        return f"margin {self.margin:.3g} at reference {place} (normal {normal}, motion {motion})"
 
 
-def least_in_space(body: Body, u: fem.Function) -> StabilityInSpace | None:
-    """The least margin of the present state over the quadrature points and the nodes; None without solid. Collective.
+class EllipticityInSpace:
+    """Looks for the least margin over the quadrature points and the nodes of every owned cell.
 
     Args:
         body: materials, mesh, quadrature.
         u: displacement [µm].
     """
-    comm = body.domain.mesh.comm
-    found = [one for mixture in body.mixtures if (one := _of_mixture(body, u, mixture)) is not None]
-    together = [one for many in comm.allgather(found) for one in many]
-    return min(together, key=lambda one: one.margin, default=None)
+
+    def __init__(self, body: Body, u: fem.Function) -> None:
+        mesh, tags, numbers = body.domain.mesh, body.domain.cell_tags, body.domain.cells
+        self._comm, owned = mesh.comm, len(body.domain.own_cells)
+        self._points = np.vstack([quadrature(mesh, body.bulk_degree)[0], node_points(body.space)])
+        self._layers = {number: whole(name) for name, number in numbers.items()}
+        F = deformation_gradient(u, body.kinematics)
+        place = ufl.as_vector([*ufl.SpatialCoordinate(mesh), *(F[i, j] for i in range(3) for j in range(3))])
+        self._place = PointValues(place, self._points, mesh.comm)
+        self._parts = []
+        for mixture in body.mixtures:
+            mine = np.isin(tags.values, [numbers[name] for name in mixture.names]) & (tags.indices < owned)
+            moduli = PointValues(isotropic_moduli(u, mixture, body.kinematics), self._points, mesh.comm)
+            share = PointValues(fem.Constant(mesh, 1.0) * mixture.solid_fraction, self._points, mesh.comm)
+            self._parts.append((tags.indices[mine], tags.values[mine], moduli, share))
+
+    def find(self) -> StabilityInSpace:
+        """The least margin of the present state, over all ranks. Collective."""
+        found = [one for part in self._parts for one in self._of_part(*part)]
+        together = [one for many in self._comm.allgather(found) for one in many]
+        return min(together, key=_margin, default=StabilityInSpace(None))
+
+    def _of_part(
+        self, cells: np.ndarray, groups: np.ndarray, moduli: PointValues, share: PointValues
+    ) -> Iterator[StabilityInSpace]:
+        """The least of some of this rank's cells of one mixture at a time."""
+        for some in np.array_split(np.arange(len(cells)), -(-len(cells) // AT_ONCE) or 1):
+            solid = np.flatnonzero(share(cells[some]).ravel() > 0)
+            if not len(solid):
+                continue
+            values = moduli(cells[some]).reshape(-1, moduli.value_size)
+            of_solid = values[solid].T
+            margins, _ = SpaceWaves.of(_principal(values[solid, :6]), of_solid[6:9], of_solid[9:]).least()
+            worst = int(np.argmin(margins))
+            if abs(margins[worst] - 1) < UNIFORM:
+                yield StabilityInSpace(float(margins[worst]))
+                continue
+            cell, point = divmod(int(solid[worst]), len(self._points))
+            at = self._place(cells[some][cell : cell + 1])[0, point]
+            yield _told(at, self._layers[int(groups[some][cell])], values[solid[worst]])
 
 
-def _of_mixture(body: Body, u: fem.Function, mixture: Mixture) -> StabilityInSpace | None:
-    """Of this rank's cells of one mixture."""
-    mesh, tags, numbers = body.domain.mesh, body.domain.cell_tags, body.domain.cells
-    points = np.vstack([quadrature(body.bulk_degree)[0], node_points(body.space)])
-    mine = np.isin(tags.values, [numbers[name] for name in mixture.names]) & (tags.indices < len(body.domain.own_cells))
-    moduli = PointValues(isotropic_moduli(u, mixture, body.kinematics), points, mesh.comm)
-    share = PointValues(fem.Constant(mesh, 1.0) * mixture.solid_fraction, points, mesh.comm)
-    F = deformation_gradient(u, body.kinematics)
-    where = ufl.as_vector([*ufl.SpatialCoordinate(mesh), *(F[i, j] for i in range(3) for j in range(3))])
-    place = PointValues(where, points, mesh.comm)
-    layers = {number: whole(name) for name, number in numbers.items()}
-    least: StabilityInSpace | None = None
-    cells, groups = tags.indices[mine], tags.values[mine]
-    for some in np.array_split(np.arange(len(cells)), -(-len(cells) // AT_ONCE) or 1):
-        solid = share(cells[some]).ravel() > 0
-        if not solid.any():
-            continue
-        values = moduli(cells[some]).reshape(len(solid), -1)
-        margins, _ = SpaceWaves.of(_principal(values[solid, :6]), values[solid, 6:9].T, values[solid, 9:].T).least()
-        worst = int(np.argmin(margins))
-        if least is not None and margins[worst] >= least.margin:
-            continue
-        k = int(np.flatnonzero(solid)[worst])
-        if abs(margins[worst] - 1) < UNIFORM:
-            least = StabilityInSpace(float(margins[worst]))
-            continue
-        cell, point = divmod(k, len(points))
-        least = _told(place(cells[some][cell : cell + 1])[0, point], layers[int(groups[some][cell])], values[k])
-    return least
+def _margin(one: StabilityInSpace) -> float:
+    return np.inf if one.margin is None else one.margin
 
 
 def _told(at: np.ndarray, layer: str, values: np.ndarray) -> StabilityInSpace:
@@ -115,8 +131,9 @@ def _told(at: np.ndarray, layer: str, values: np.ndarray) -> StabilityInSpace:
     turned = F @ axes
     motion = (turned / np.linalg.norm(turned, axis=0)) @ across
     normal = axes @ direction
-    vectors = (tuple(float(c) for c in np.copysign(1.0, v[np.argmax(np.abs(v))]) * v) for v in (normal, motion))
-    return StabilityInSpace(float(margin), tuple(map(float, at[:-9])), layer, *vectors)
+    directions = (np.copysign(1.0, v[np.argmax(np.abs(v))]) * v for v in (normal, motion))
+    place, normal, motion = (tuple(map(float, values)) for values in (at[:-9], *directions))
+    return StabilityInSpace(float(margin), place, layer, normal, motion)
 
 
 def _tensor(entries: np.ndarray) -> np.ndarray:

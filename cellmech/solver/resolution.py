@@ -114,7 +114,7 @@ def missed(run: Run) -> float:
 
 
 def _finely_on_the_outline(run: Run) -> np.ndarray:
-    """The force of the surface form [Pa µm or pN], integrated anew over the deformed outline; shape (2,). Collective."""
+    """The force of the surface form [Pa µm or pN], anew over the deformed outline; shape (2,). Collective."""
     contact = run.body.contact
     assert contact is not None
     nodes, (s, weight) = run.outline.nodes(run.state.u), np.polynomial.legendre.leggauss(BETWEEN)

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 from mpi4py import MPI
 
-from cellmech.fem.outline import Outline
+from cellmech.fem.boundary import boundary
 from cellmech.mechanics.balance import Body
 from cellmech.mechanics.obstacles import Obstacle
 from cellmech.solver.acceptance import Acceptance, Refused
@@ -59,7 +59,7 @@ class Run:
         self.comm: MPI.Comm = body.domain.mesh.comm
         self.components = body.space.dofmap.index_map_bs
         self.totals, self.t, self.last_step_s = Totals(), 0.0, 0.0
-        self.outline = Outline(body.domain, body.space, "outer")
+        self.outline = boundary(body.domain, body.space, "outer")
         self.reach_um = self.comm.allreduce(float(np.ptp(body.domain.mesh.geometry.x, axis=0).max()), op=MPI.MAX)
         self.largest: list[float] = []  # so far: displacement, its deforming part [µm], mean velocity [µm/s]
         self.ledger = Ledger(body, self.state)

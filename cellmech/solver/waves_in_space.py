@@ -7,9 +7,9 @@ stresses s_i, cof E = diag(c_i) and a wave along n, |n| = 1, the acoustic tensor
     L_ij = sum_ab W_ab g_ai g_bj + W_q + W_d/2 (t - e_i - e_j),   g_t = 1, g_q = 2 e, g_d = c,
     D_ik = W_q + W_d/2 (e_i + e_k - t).
 
-Where l_i l_j L_ij is positive semi-definite no wave is slower than the least s_k + l_i^2 D_ik, and for i != k that is one
-itself, along k with points that move along i: for most laws and strains nothing has to be searched. Elsewhere one octant
-of directions is, as signs of n do not matter.
+Where l_i l_j L_ij is positive semi-definite no wave sees less than the least s_k + l_i^2 D_ik, and for i != k that is
+what one sees, along k with points that move along i: for most laws and strains nothing has to be searched. Elsewhere an
+octant of directions is, as signs of n do not matter.
 
 Source: Ogden (1984), Non-Linear Elastic Deformations, 6.2.7 and 6.3; the form in E is ours.
 """

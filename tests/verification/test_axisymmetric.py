@@ -1,4 +1,4 @@
-"""Bodies turned about an axis, against closed forms: patch, order of convergence, tangent, Lamé's sphere, Hertz's ball."""
+"""Bodies turned about an axis: patch, order of convergence, tangent, Lamé's sphere, Hertz's ball."""
 
 from itertools import pairwise
 
@@ -60,7 +60,9 @@ def test_hoop_stretch_on_the_axis_is_its_limit():
     space = displacement_space(domain)
     u, r = fem.Function(space), space.tabulate_dof_coordinates()[:, 0]
     u.x.array[:] = np.stack([0.2 * r + 0.3 * r**2, np.zeros_like(r)], axis=1).ravel()
-    around = PointValues(deformation_gradient(u, AXISYMMETRIC)[2, 2], space.element.interpolation_points(), domain.mesh.comm)
+    around = PointValues(
+        deformation_gradient(u, AXISYMMETRIC)[2, 2], space.element.interpolation_points(), domain.mesh.comm
+    )
     place = PointValues(ufl.SpatialCoordinate(domain.mesh)[0], space.element.interpolation_points(), domain.mesh.comm)
     cells = domain.own_cells
     assert np.min(np.abs(place(cells))) < 1e-15

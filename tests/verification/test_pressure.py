@@ -8,8 +8,9 @@ import ufl
 from manufactured import POISSON, YOUNG, body_with, plane_gradient, solid_piola, solved, symbolic
 from problems import moduli, rows_ring, solid
 
+from cellmech.cell.lattice import lattice
 from cellmech.cell.observables import REPORTED
-from cellmech.cell.samples import PRESSURE, PressureGradient, Samples, lattice, state_quantities
+from cellmech.cell.samples import PRESSURE, PressureGradient, Samples, state_quantities
 from cellmech.fem.jit import PointValues
 from cellmech.solver.det_f import quadrature
 
@@ -29,7 +30,11 @@ def relative_errors(n, order):
     P = solid_piola("neo-hookean", plane_gradient(symbolic(domain.mesh)))
     body = body_with(domain, solid("neo-hookean", YOUNG, POISSON), P, order=order)
     state = solved(body)
-    mesh, (inner, weights), (reported, _) = domain.mesh, quadrature(body.bulk_degree), lattice(REPORTED[order])
+    mesh, (inner, weights), (reported, _) = (
+        domain.mesh,
+        quadrature(domain.mesh, body.bulk_degree),
+        lattice(REPORTED[order]),
+    )
     cells, points = np.arange(mesh.topology.index_map(2).size_local, dtype=np.int32), np.vstack([reported, inner])
     run = SimpleNamespace(body=body, state=state)
     samples = Samples(run, cells, points, np.append(np.zeros(len(reported)), weights), len(reported))
