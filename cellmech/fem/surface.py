@@ -149,10 +149,8 @@ class Surface:
 
     def section_moments(self, u: fem.Function, axis: int = 2, level: float = 0.0) -> Moments:
         """Length, area and moments of the whole section. Collective."""
-        values = self.comm.allreduce(moments(self.section(u, axis, level)).values)
-        if 2 - axis in self.mirrored:
-            values = 2 * values * np.array([1, 0, 1, 0, 1, 1, 0, 1])
-        return Moments(values)
+        cut = Moments(self.comm.allreduce(moments(self.section(u, axis, level)).values))
+        return cut.mirrored if 2 - axis in self.mirrored else cut
 
     def shadow(self, u: fem.Function) -> np.ndarray:
         """Convex rim of the surface's projection onto the x-z plane, the same on every rank. Collective.
