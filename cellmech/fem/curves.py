@@ -12,6 +12,7 @@ import numpy as np
 
 from cellmech.fem.outline import GAUSS_POINTS, INNER_NODES, _coefficients, along, slope
 
+ROUND = 1e-4  # principal axes that differ by less, relatively, are those of a circle
 LEAST_COSINE = 0.5  # between a chord and the tangents at its ends; of less there is no smooth arc between them
 
 
@@ -42,6 +43,11 @@ class Moments:
         return self.values[3:5] / self.area
 
     @property
+    def mirrored(self) -> Moments:
+        """Of the whole curve that x = 0 halves: what is odd in x vanishes, all else doubles."""
+        return Moments(2 * self.values * np.array([1, 0, 1, 0, 1, 1, 0, 1]))
+
+    @property
     def shape_index(self) -> float:
         """4 pi S/l^2 of a whole curve, 1 of a circle [-] (eq. 33)."""
         return 4 * np.pi * self.area / self.length**2
@@ -63,7 +69,7 @@ class Moments:
         """Angle from x to the longer principal axis of the area, in (-90, 90] degrees; None where there is none."""
         x, y = self.centroid
         xx, xy, yy = self.values[5:] / self.area - (x * x, x * y, y * y)
-        if np.hypot(xx - yy, 2 * xy) < 1e-6 * (xx + yy):
+        if np.hypot(xx - yy, 2 * xy) < ROUND * (xx + yy):
             return None
         return float(np.degrees(np.arctan2(2 * xy, xx - yy) / 2))
 

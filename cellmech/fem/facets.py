@@ -113,7 +113,7 @@ def highest(
         values = value(sampled, j)
         at[j], top[j] = values.argmax(axis=1), values.max(axis=1)
         promise[j] = top[j] + GAIN * (top[j] - values.min(axis=1))
-    lead = comm.allreduce(top.max(axis=1, initial=-np.inf), op=MPI.MAX)
+    lead = np.max(comm.allgather(top.max(axis=1, initial=-np.inf)), axis=0)
     which, facet = np.nonzero(promise >= lead[:, None])
     places, step, n = points[at[which, facet]], 1 / DIVISIONS, np.arange(len(which))
     found = top[which, facet]

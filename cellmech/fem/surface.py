@@ -149,10 +149,8 @@ class Surface:
 
     def section_moments(self, u: fem.Function, axis: int = 2, level: float = 0.0) -> Moments:
         """Length, area and moments of the whole section. Collective."""
-        values = self.comm.allreduce(moments(self.section(u, axis, level)).values)
-        if 2 - axis in self.mirrored:
-            values = 2 * values * np.array([1, 0, 1, 0, 1, 1, 0, 1])
-        return Moments(values)
+        cut = Moments(self.comm.allreduce(moments(self.section(u, axis, level)).values))
+        return cut.mirrored if 2 - axis in self.mirrored else cut
 
     def shadow(self, u: fem.Function) -> np.ndarray:
         """Convex rim of the surface's projection onto the x-z plane, the same on every rank. Collective.
@@ -215,7 +213,7 @@ class Surface:
         return np.asarray(rows[rows[..., 0].argmax(axis=0), np.arange(len(values)), 1:])
 
     def _of_all(self, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        outer = self.comm.allreduce(np.concatenate([-low, high]), op=MPI.MAX)
+        outer = np.max(self.comm.allgather(np.concatenate([-low, high])), axis=0)
         return self._mirrored_box(-outer[:3], outer[3:])
 
     def _mirrored_box(self, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
