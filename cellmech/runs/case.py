@@ -22,6 +22,7 @@ from petsc4py import PETSc
 
 from cellmech import __version__
 from cellmech.cell.additions import Additions
+from cellmech.cell.cascade import begin_near
 from cellmech.cell.description import describe_model
 from cellmech.cell.layering import MeshPlan, mesh_plan
 from cellmech.cell.observables import STRAINS, Observer
@@ -135,6 +136,8 @@ def _solve(
             accepted.recall(mine["acceptance"])
             scalars, settled = observer.observe(run.t) | additions.observe(observer), run.rate()
             folder.log(f"goes on from the checkpoint at t = {run.t:.6g} s, step {run.totals.steps}")
+        else:
+            begin_near(setup, run, plan, additions, folder.log)
 
         def on_step(step: Step) -> None:
             nonlocal settled

@@ -189,7 +189,10 @@ class Multigrid:
 
     def _solve(self, r: PETSc.Vec, z: PETSc.Vec) -> bool:
         """Whether the residual fell as far as asked; counts what iterations more than with a new set-up it took."""
-        self._ksp.setTolerances(rtol=self._share, atol=0.0, max_it=MOST_ITERATIONS)
+        most = MOST_ITERATIONS
+        if self._best < math.inf:  # of another tangent: no longer than a set-up of this one's own takes
+            most = min(most, math.ceil(self._best * -math.log10(self._share) + 2 * SET_UP))
+        self._ksp.setTolerances(rtol=self._share, atol=0.0, max_it=most)
         self._ksp.solve(r, z)
         self._fault = ""
         if self._ksp.getConvergedReason() <= 0:
