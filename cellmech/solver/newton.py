@@ -13,6 +13,7 @@ from dolfinx.fem import petsc
 from mpi4py import MPI
 from petsc4py import PETSc
 
+from cellmech.causes import Cause, Reason
 from cellmech.fem import fenicsx
 from cellmech.fem.jit import compile_form
 from cellmech.mechanics.balance import Body, equilibrium, load_work
@@ -27,8 +28,6 @@ BALANCED = 3e-4  # share of the load's sum that round-off may keep out of balanc
 ROUNDING = 8 * float(np.finfo(float).eps)  # of a position: what its arithmetic may be off by
 STALL_RATE = 0.5  # a residual that a new tangent reduces by less than this factor stays
 CRUSHED = 1e-3  # det F at and below which a solution is none: no continuum, and its stresses lose all digits
-ROUND_OFF = "round-off"  # how its reason begins
-SINGULAR = "the tangent is singular: nothing resists some motion of the body"
 MAX_ITERATIONS, LEAP_ITERATIONS = 30, 16
 # Ways to try a solve: whether tangents are kept, and PETSc's line search. Full steps first: the residual's norm judges
 # them badly, for a motion of what is soft (or a contact that sets in) shakes what is stiff before it settles.
@@ -46,20 +45,26 @@ class Outcome:
     """What a solve did.
 
     Args:
-        converged: whether the residual met the tolerance.
         iterations: Newton iterations.
         factorisations: tangents assembled and factorised.
         residual: its 2-norm at the end [Pa µm].
-        reason: why it did not converge, in physical terms; "" otherwise.
-        drowned: whether round-off is why: no other step or guess will help.
+        reason: why it did not converge, in physical terms; None where it did.
     """
 
-    converged: bool
     iterations: int
     factorisations: int
     residual: float
-    reason: str = ""
-    drowned: bool = False
+    reason: Reason | None = None
+
+    @property
+    def converged(self) -> bool:
+        """Whether the residual met the tolerance."""
+        return self.reason is None
+
+    @property
+    def drowned(self) -> bool:
+        """Whether round-off is why it did not: no other step or guess will help."""
+        return self.reason is not None and self.reason.cause is Cause.ROUND_OFF
 
 
 class Solver:
@@ -279,7 +284,8 @@ class Solver:
         guess, centre = self._unknowns(), self.state.now.offset.value.copy()
         for self._thrifty, search in ATTEMPTS[:1] if leap else ATTEMPTS:
             self._use(search)
-            self._watch.worst, self._stale, fault, tangents = None, False, "", self.factorisations
+            self._watch.worst, self._stale, tangents = None, False, self.factorisations
+            fault: Reason | None = None
             self.state.now.offset.value = centre
             self._x.setArray(guess)
             for self._again in (False, *[True] * REFINEMENTS):
@@ -300,7 +306,7 @@ class Solver:
             unsolved = reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE
             if unsolved or self.factorisations > tangents:
                 fault = self._factor_fault()
-            if unsolved or fault:
+            if unsolved or fault is not None:
                 self.restart()  # what a failed factorisation leaves behind cannot be used again
         if not converged:
             self.rebuild()
@@ -309,16 +315,14 @@ class Solver:
         elif self.state.pressure is not None:
             self.state.pressure.values[:] = guess[self._u.getLocalSize() :]
         return Outcome(
-            converged=converged,
             iterations=iterations,
             factorisations=self.factorisations - before,
             residual=residual,
-            reason="" if converged else fault or self._explain(reason, residual),
-            drowned=drowned,
+            reason=None if converged else fault or self._explain(reason, residual),
         )
 
-    def _factor_fault(self) -> str:
-        """Why the last tangent could not be factorised; "" if it could. A preconditioner of ours hides it from PETSc.
+    def _factor_fault(self) -> Reason | None:
+        """Why the last tangent could not be factorised; None if it could. A preconditioner of ours hides it from PETSc.
 
         Raises:
             MemoryError: on every rank, if there was no room.
@@ -327,37 +331,35 @@ class Solver:
         factor = pc.getFactorMatrix()
         code = factor.getMumpsInfog(1)
         if code >= 0:
-            return ""
+            return None
         if code in REFUSED or (code in OUTGROWN and factor.getMumpsIcntl(23)):
             size = f"{self._A.getSize()[0]} unknowns, ranks: {self.comm.size}, MUMPS error {code}"
             hint = "Fewer unknowns (a larger mesh.size_um), more ranks per case or more memory help"
             raise MemoryError(f"no room to factorise the tangent ({size}). {hint}")
         if code in OUTGROWN:
-            return f"the tangent is nearly singular: pivoting outgrows the room foreseen for it (MUMPS error {code})"
-        return SINGULAR
+            return Cause.NEARLY_SINGULAR.reason(code=code)
+        return Cause.SINGULAR.reason()
 
-    def _drowning(self, residual: float) -> str:
+    def _drowning(self, residual: float) -> Reason:
         """What round-off hides, and what it would not."""
-        text = f"{ROUND_OFF} keeps forces of {residual:.2g} Pa um out of balance beside a load of {self._sum:.2g} Pa um"
-        if not self._sum:
-            return text
-        times = residual / (BALANCED * self._sum)
-        return f"{text}: {times:.2g} times the load, or moduli and penalty so much smaller, could be resolved"
+        remedy = ""
+        if self._sum:
+            times = residual / (BALANCED * self._sum)
+            remedy = f": {times:.2g} times the load, or moduli and penalty so much smaller, could be resolved"
+        return Cause.ROUND_OFF.reason(force=residual, load=self._sum, remedy=remedy)
 
-    def _explain(self, reason: int, residual: float) -> str:
+    def _explain(self, reason: int, residual: float) -> Reason:
         names = {getattr(PETSc.SNES.ConvergedReason, n): n for n in dir(PETSc.SNES.ConvergedReason) if n[0] != "_"}
         if reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE:
-            return SINGULAR
+            return Cause.SINGULAR.reason()
         if reason == PETSc.SNES.ConvergedReason.DIVERGED_DTOL:
             return self._drowning(residual)
         if self._watch.worst is not None:
             value, x, y = self._watch.worst
             where = f"det F = {value:.2g} at reference x = {x:.3g}, y = {y:.3g} um"
-            if value > 0:
-                return f"material is crushed to nothing ({where})"
-            return f"material turns inside out on the way ({where})"
+            return (Cause.CRUSHED if value > 0 else Cause.INSIDE_OUT).reason(where=where)
         if reason == PETSc.SNES.ConvergedReason.DIVERGED_MAX_IT:
-            return f"no equilibrium found in {MAX_ITERATIONS} Newton iterations"
+            return Cause.NO_CONVERGENCE.reason(most=MAX_ITERATIONS)
         if reason == PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH:
-            return "no equilibrium nearby: the out-of-balance force cannot be reduced further"
-        return f"the nonlinear solve stopped: {names.get(reason, reason)}"
+            return Cause.NONE_NEARBY.reason()
+        return Cause.UNSOLVED.reason(told=names.get(reason, reason))
