@@ -32,7 +32,7 @@ def mesh_spec(
     if scene.cell.geometry == "3d":
         return BallSpec(
             shape=scene.cell.shape,
-            centre=centre,
+            centre=(centre[0], centre[1], centre[2]),
             interfaces=plan.interfaces(scene),
             nucleus_radius_um=scene.nucleus_radius_um,
             size_um=scene.mesh.size_um,

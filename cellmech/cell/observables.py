@@ -34,7 +34,7 @@ from cellmech.fem.boundary import boundary
 from cellmech.fem.outline import Outline
 from cellmech.fem.surface import Surface
 from cellmech.mechanics.kinematics import Kinematics
-from cellmech.mechanics.obstacles import Obstacle, Pillar
+from cellmech.mechanics.obstacles import Obstacle
 from cellmech.solver.det_f import order_of, quadrature
 from cellmech.solver.simulation import Run
 
@@ -82,7 +82,7 @@ class Layout:
     copies: int
     regions: Mapping[str, Ring]
     groups: Mapping[str, tuple[str, ...]]
-    pillars: tuple[Pillar, ...]
+    pillars: tuple[Upright, ...]
     lift_um: float = 0.0
     slide_um: float = 0.0
 

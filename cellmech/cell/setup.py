@@ -14,6 +14,7 @@ from dolfinx import fem
 from mpi4py import MPI
 from petsc4py import PETSc
 
+from cellmech.causes import Cause
 from cellmech.cell.additions import Additions
 from cellmech.cell.layering import INSIDE_OUT, MERGED, MeshPlan, fade_of
 from cellmech.cell.meshing import mesh_spec
@@ -253,15 +254,15 @@ class Setup:
         if self.scene.cell.inertia or self.weight == 0:
             return
         if self.weight < 0:
-            raise SolveError("floats: the medium is denser than the cell, no equilibrium without inertia")
+            raise SolveError(Cause.FLOATS.reason())
         slope = slope_at(self.scene, self.place.touch)
         if abs(slope) > STEEP:
             touch, way = self.place.touch[0], rest_beside(self.scene)
-            text = f"slides: no equilibrium; the only touch is on a slope (x = {touch.at[0]:.4g} um, normal tilted by "
-            text += f"{math.degrees(math.asin(slope)):.3g} degrees) and contact is frictionless"
+            told = f"the only touch is on a slope (x = {touch.at[0]:.4g} um, normal tilted by "
+            told += f"{math.degrees(math.asin(slope)):.3g} degrees) and contact is frictionless"
             if way is not None:
-                text += f"; it would rest at cell.centre_x_um = {self.place.centre[0] + way:.6g}"
-            raise SolveError(text)
+                told += f"; it would rest at cell.centre_x_um = {self.place.centre[0] + way:.6g}"
+            raise SolveError(Cause.SLIDES.reason(told=told))
 
     def layout(self) -> Layout:
         """What the observables need to know of the geometry."""

@@ -70,7 +70,7 @@ def stretches(run: Run, axis: float | None) -> list[Stretch]:
 
 
 def _patches(run: Run, surface: Surface, contact: Contact) -> list[Stretch]:
-    """The contact with each obstacle that is touched, in space; an edge is one of a right-angled facet of equal area."""
+    """The contact with each obstacle that is touched, in space; edges are those of a right-angled facet of their size."""
     found, u = [], run.state.u
     corners = surface.nodes(u)[:, :3]
     facets = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=-1) / 2
@@ -128,8 +128,10 @@ def missed(run: Run) -> float:
     """
     if run.body.contact is None or not run.body.obstacles:
         return 0.0
-    along_edges = run.body.contact.form == "surface" and isinstance(run.outline, Outline)
-    fine = _finely_on_the_outline(run, run.outline) if along_edges else _finely(run)
+    if run.body.contact.form == "surface" and isinstance(run.outline, Outline):
+        fine = _finely_on_the_outline(run, run.outline)
+    else:
+        fine = _finely(run)
     told = run.ledger.contact_force()
     largest = max(float(np.linalg.norm(fine)), float(np.linalg.norm(told)))
     return float(np.linalg.norm(fine - told)) / largest if largest else 0.0

@@ -11,7 +11,7 @@ import numpy as np
 import ufl
 
 from cellmech.cell.observables import Observer
-from cellmech.cell.samples import lattice
+from cellmech.cell.lattice import lattice
 from cellmech.fem.jit import PointValues
 from cellmech.mechanics.kinematics import deformation_gradient, green_lagrange
 from cellmech.runs.library import solve
