@@ -35,6 +35,7 @@ from cellmech.fem.outline import Outline
 from cellmech.fem.surface import Surface
 from cellmech.mechanics.kinematics import Kinematics
 from cellmech.mechanics.obstacles import Obstacle
+from cellmech.scene.substrate import Upright
 from cellmech.solver.det_f import order_of, quadrature
 from cellmech.solver.simulation import Run
 
