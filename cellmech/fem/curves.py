@@ -7,10 +7,11 @@ that x = 0 halves, a half is enough: the line x = 0 that closes it adds nothing 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
-from cellmech.fem.outline import GAUSS_POINTS, INNER_NODES, _coefficients, along, slope
+from cellmech.fem.outline import GAUSS_POINTS, INNER_NODES, _coefficients, along
 
 ROUND = 1e-4  # principal axes that differ by less, relatively, are those of a circle
 LEAST_COSINE = 0.5  # between a chord and the tangents at its ends; of less there is no smooth arc between them
@@ -74,12 +75,20 @@ class Moments:
         return float(np.degrees(np.arctan2(2 * xy, xx - yy) / 2))
 
 
+@lru_cache
+def _gauss(n_nodes: int) -> tuple[np.ndarray, np.ndarray]:
+    """Functions of an edge at Gauss points, then derivatives, shape (2 GAUSS_POINTS, n_nodes); the points' weights."""
+    s, weight = np.polynomial.legendre.leggauss(GAUSS_POINTS)
+    powers, s = np.arange(n_nodes), (s[:, None] + 1) / 2
+    derivative = powers * s ** np.maximum(powers - 1, 0)
+    return np.vstack([s**powers, derivative]) @ _coefficients(n_nodes), weight[:, None] / 2
+
+
 def moments(x: np.ndarray) -> Moments:
     """Of edges, by Green's theorem; exact but for the lengths, for edges of up to third order."""
-    s, weight = np.polynomial.legendre.leggauss(GAUSS_POINTS)
-    position, tangent = along(x, (s + 1) / 2), slope(x, (s + 1) / 2)
-    (px, py), weight = np.moveaxis(position, -1, 0), weight / 2
-    ds, x_dy = np.sqrt(np.sum(tangent**2, axis=-1)) * weight, px * tangent[..., 1] * weight
+    functions, weight = _gauss(x.shape[1])
+    (px, tx), (py, ty) = np.moveaxis(np.tensordot(functions, x, (1, 1)).reshape(2, GAUSS_POINTS, -1, 2), -1, 0)
+    ds, x_dy = np.hypot(tx, ty) * weight, px * ty * weight
     xx_dy, xy_dy = px * x_dy, py * x_dy
     over_area = [x_dy.sum(), xx_dy.sum() / 2, xy_dy.sum(), np.vdot(px, xx_dy) / 3, np.vdot(py, xx_dy) / 2]
     return Moments(np.array([ds.sum(), np.vdot(px, ds), *over_area, np.vdot(py, xy_dy)]))
@@ -88,7 +97,7 @@ def moments(x: np.ndarray) -> Moments:
 def ranges(x: np.ndarray) -> np.ndarray:
     """Least and largest coordinates on each edge, between its nodes too [µm], shape (2, n_edges, 2)."""
     c = np.zeros((4, len(x), 2))
-    c[: x.shape[1]] = np.moveaxis(_coefficients(x.shape[1]) @ x, 1, 0)
+    c[: x.shape[1]] = np.tensordot(_coefficients(x.shape[1]), x, (1, 1))
     half = -(c[2] + np.copysign(np.sqrt(np.maximum(c[2] ** 2 - 3 * c[1] * c[3], 0.0)), c[2]))
     with np.errstate(divide="ignore", invalid="ignore"):  # a coordinate that has fewer extremes, or none
         s = np.clip(np.nan_to_num(np.array([half / (3 * c[3]), c[1] / half])), 0.0, 1.0)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from dolfinx import fem
@@ -12,7 +13,7 @@ from mpi4py import MPI
 from cellmech.fem import facets
 from cellmech.fem.curves import Moments, arcs, moments
 from cellmech.fem.domain import Domain
-from cellmech.fem.outline import deepest
+from cellmech.fem.outline import deepest, owned_dofs
 from cellmech.mechanics.obstacles import Obstacle
 
 DIRECTIONS = 64  # around, in which the shadow's outermost points are looked for; a multiple of 4
@@ -53,23 +54,10 @@ class Surface:
     """
 
     def __init__(self, domain: Domain, space: fem.FunctionSpace, name: str, mirrored: tuple[int, ...] = ()) -> None:
-        mesh, tags = domain.mesh, domain.facet_tags
-        self.comm: MPI.Comm = mesh.comm
+        self.comm: MPI.Comm = domain.mesh.comm
         self.mirrored, self.copies = mirrored, 2 ** len(mirrored)
-        owned = tags.indices[tags.values == domain.facets[name]] if name in domain.facets else np.empty(0, np.int32)
-        owned = owned[owned < mesh.topology.index_map(2).size_local]
-        mesh.topology.create_connectivity(2, 3)
-        mesh.topology.create_connectivity(3, 2)
-        to_cell, to_facet = mesh.topology.connectivity(2, 3), mesh.topology.connectivity(3, 2)
-        closures = [space.dofmap.dof_layout.entity_closure_dofs(2, local) for local in range(4)]
-        dofs = []
-        for facet in owned:
-            cell = to_cell.links(facet)[0]
-            local = int(np.nonzero(to_facet.links(cell) == facet)[0][0])
-            dofs.append(space.dofmap.cell_dofs(cell)[closures[local]])
         coordinates = space.tabulate_dof_coordinates()
-        self.dofs = np.array(dofs, dtype=np.int64).reshape(-1, len(closures[0]))
-        self.dofs = self._outward(_along_sides(self.dofs, coordinates), coordinates)
+        self.dofs = self._outward(_along_sides(owned_dofs(domain, space, name), coordinates), coordinates)
         self.reference = coordinates[self.dofs]
 
     def _outward(self, dofs: np.ndarray, coordinates: np.ndarray) -> np.ndarray:
@@ -223,7 +211,8 @@ class Surface:
         return low, high
 
 
-def _along(directions: np.ndarray):  # type: ignore[no-untyped-def]
+def _along(directions: np.ndarray) -> Callable[[np.ndarray, Any], np.ndarray]:
+    """How far points lie along a direction, as `facets.highest` asks."""
     return lambda at, j: (at @ directions[j][..., None])[..., 0]
 
 

@@ -188,6 +188,23 @@ def test_numbers_of_a_sphere_converge():
     assert np.max(errors[1]) < 5e-6
 
 
+@pytest.mark.parametrize("axis", [0, 2])
+def test_sections_of_a_bent_body_add_up_to_its_volume(axis):
+    """Cavalieri: the volume is the integral of the sections' areas; a banana has nothing convex about it."""
+    found, u = moved("full", 3, "outer")
+    X = found.reference.reshape(-1, 3)
+    bent = X * [1.2, 0.5, 0.8] + np.stack(
+        [0 * X[:, 0], 0.06 * X[:, 0] ** 2 - 0.04 * X[:, 2] ** 2, 0.2 * X[:, 1]], axis=1
+    )
+    u.x.array.reshape(-1, 3)[found.dofs.ravel()] = bent - X
+    low, high = (limit[axis] for limit in found.box(u))
+    s, weights = np.polynomial.legendre.leggauss(24)
+    levels = low + (high - low) * (s + 1) / 2
+    areas = [found.section_moments(u, axis, level).area for level in levels]
+    assert weights @ areas * (high - low) / 2 == pytest.approx(found.extent(u)[1], rel=1e-5)
+    assert found.extent(u)[1] == pytest.approx((1.2 * 0.5 * 0.8) * 4 / 3 * np.pi * R**3, rel=1e-3)
+
+
 @pytest.mark.parametrize("shape", MIRRORED)
 def test_depth_and_area_of_a_cap(shape):
     """A sphere 0.3 um deep in a flat: depth 0.3, area 2 pi R h, as wide as the circle it is cut off at."""
