@@ -32,24 +32,24 @@ def mesh_spec(
     if scene.cell.geometry == "3d":
         return BallSpec(
             shape=scene.cell.shape,
-            centre=centre,
+            centre=(centre[0], centre[1], centre[2]),
             interfaces=plan.interfaces(scene),
             nucleus_radius_um=scene.nucleus_radius_um,
             size_um=scene.mesh.size_um,
             order=min(scene.mesh.order, 2),
             thin_layers=scene.mesh.thin_layers,
-            zones=tuple(Zone(t.at_um, scene.mesh.contact_size_um, zone) for t in touch),
+            zones=tuple(Zone(t.at, scene.mesh.contact_size_um, zone) for t in touch),
         )
     disc = DiscSpec(
         shape=scene.cell.shape,
-        centre=centre,
+        centre=(centre[0], centre[1]),
         interfaces=plan.interfaces(scene),
         nucleus_radius_um=scene.nucleus_radius_um,
         size_um=scene.mesh.size_um,
         contact_size_um=scene.mesh.contact_size_um,
         order=min(scene.mesh.order, 2),
         thin_layers=scene.mesh.thin_layers,
-        touch=tuple((t.x_um, t.y_um) for t in touch),
+        touch=tuple((t.at[0], t.at[1]) for t in touch),
         contact_zone_um=zone,
         grading=plan.grading,
     )

@@ -34,7 +34,8 @@ from cellmech.fem.boundary import boundary
 from cellmech.fem.outline import Outline
 from cellmech.fem.surface import Surface
 from cellmech.mechanics.kinematics import Kinematics
-from cellmech.mechanics.obstacles import Obstacle, Pillar
+from cellmech.mechanics.obstacles import Obstacle
+from cellmech.scene.substrate import Upright
 from cellmech.solver.det_f import order_of, quadrature
 from cellmech.solver.simulation import Run
 
@@ -82,7 +83,7 @@ class Layout:
     copies: int
     regions: Mapping[str, Ring]
     groups: Mapping[str, tuple[str, ...]]
-    pillars: tuple[Pillar, ...]
+    pillars: tuple[Upright, ...]
     lift_um: float = 0.0
     slide_um: float = 0.0
 
@@ -154,7 +155,7 @@ class Observer:
             MeshError: the mesh has no node there.
         """
         radius, u = self.layout.regions["nucleus"].outer_um, self.run.state.u
-        target = np.array(self.layout.centre) + [0.0, sign * radius]
+        target = np.add(self.layout.centre, (0.0, sign * radius))
         hit = np.linalg.norm(outline.reference - target, axis=-1) < 1e-6 * radius
         found = [p for part in self.comm.allgather(outline.nodes(u)[hit][:1]) for p in part]
         if not found:

@@ -14,29 +14,33 @@ from dolfinx import fem
 from mpi4py import MPI
 from petsc4py import PETSc
 
+from cellmech.causes import Cause
 from cellmech.cell.additions import Additions
 from cellmech.cell.layering import INSIDE_OUT, MERGED, MeshPlan, fade_of
 from cellmech.cell.meshing import mesh_spec
 from cellmech.cell.observables import Layout, Ring
 from cellmech.errors import InputError, SolveError
+from cellmech.fem.boundary import boundary
 from cellmech.fem.coefficients import mixtures
 from cellmech.fem.domain import Domain, build_domain, whole
 from cellmech.fem.jit import displacement_space, pressure_space
-from cellmech.fem.boundary import boundary
 from cellmech.mechanics.balance import Body
 from cellmech.mechanics.contact import Contact, smooth_step
 from cellmech.mechanics.kinematics import GEOMETRIES
 from cellmech.mechanics.laws import LAWS
 from cellmech.mechanics.materials import Material
 from cellmech.mechanics.obstacles import Flat, Obstacle, Pillar
+from cellmech.mechanics.pillars import RoundPillar, SquarePillar
 from cellmech.mesh.ball import BallSpec
 from cellmech.mesh.disc import DiscSpec
 from cellmech.scene.parts import LAYER_NAMES, LayerName
-from cellmech.scene.placement import STEEP, Placement, placement, rest_beside, slope_at, standing
+from cellmech.scene.placement import STEEP, Placement, placement, rest_beside, slope_at
 from cellmech.scene.scene import Scene
+from cellmech.scene.substrate import facing, standing, symmetric
 from cellmech.solver.rigid_modes import rigid_modes
 from cellmech.solver.schedule import LOAD_STEPS, SMALL, Schedule
 from cellmech.solver.simulation import Run
+from cellmech.solver.state import free_translations
 
 # Units inside: µm, s, Pa.
 KG_M3 = 1e-12  # kg/m^3 in Pa s^2/µm^2
@@ -75,10 +79,10 @@ def material(scene: Scene, name: LayerName) -> Material:
 def mixed_layers(scene: Scene) -> frozenset[LayerName]:
     """Layers whose pressure is an unknown of its own: nearly incompressible ones, unless the scene says otherwise.
 
-    Smeared layers have one pressure, and so one form: all are mixed as soon as one should be. Only elements of second
+    Smeared layers have one pressure, and so one form: all are mixed as soon as one should be. Only triangles of second
     order have a mixed form here.
     """
-    if scene.mesh.pressure == "none" or scene.mesh.order != 2:
+    if scene.mesh.pressure == "none" or scene.mesh.order != 2 or scene.cell.geometry == "3d":
         return frozenset()
     wanted = scene.nearly_incompressible()
     everywhere = scene.mesh.pressure == "mixed" or (wanted and scene.cell.layers == "smeared")
@@ -102,10 +106,8 @@ def smeared_weights(scene: Scene, domain: Domain, centre: tuple[float, ...]) -> 
 
 
 def obstacles_of(scene: Scene) -> dict[str, Obstacle]:
-    """The scene's obstacles by label; a half cell's pillars are mirrored at x = 0, unless they are turned about it."""
-    found: dict[str, Obstacle] = {}
-    for stand in standing(scene.copies == 2, scene.pillar):
-        found[f"pillar {stand.pillar}" + (" mirrored" if stand.mirrored else "")] = stand.arch
+    """The scene's obstacles by label, mirror images included where the modelled part of the cell may meet them."""
+    found: dict[str, Obstacle] = {stand.label: stand.arch for stand in facing(scene)}
     if scene.flat is not None:
         found["flat"] = Flat(scene.flat.y_um)
     return found
@@ -138,7 +140,8 @@ class Setup:
         self.kinematics = GEOMETRIES[scene.cell.geometry]
         self.place: Placement = placement(scene)
         self.lift_um = scene.cell.gap_um if self.place.touch and not scene.cell.inertia else 0.0
-        self.centre = (self.place.centre_x_um, self.place.centre_y_um - self.lift_um)
+        x, y, *z = self.place.centre
+        self.centre = (x, y - self.lift_um, *z)
         self.interfaces = plan.interfaces(scene)
         density = scene.cell.density_kg_m3 - scene.cell.medium_density_kg_m3
         self.force_density = density * KG_M3 * scene.load.gravity_m_s2 * M_S2 * scene.load.factor
@@ -219,7 +222,10 @@ class Setup:
 
     @property
     def mirror_symmetric(self) -> bool:
-        """Whether the obstacles are symmetric about the cell's vertical axis."""
+        """Whether the obstacles are symmetric about the cell's vertical axis, in space about both planes through it."""
+        if self.kinematics.components == 3:
+            arches = [stand.arch for stand in standing(self.scene)]
+            return self.centre[::2] == (0.0, 0.0) and all(symmetric(arches, axis) for axis in "xz")
         x0 = 2 * self.centre[0]
         pillars = [o for o in self.obstacles.values() if isinstance(o, Pillar)]
         if len(pillars) + (self.scene.flat is not None) < len(self.obstacles):
@@ -230,8 +236,13 @@ class Setup:
     @property
     def free_sideways(self) -> bool:
         """Whether nothing tells left from right: a symmetric scene, a flat alone in reach, a hardly sloping top."""
-        hardly = 0.0 < abs(slope_at(self.place.touch)) <= STEEP
+        hardly = 0.0 < abs(slope_at(self.scene, self.place.touch)) <= STEEP
         return hardly or self.mirror_symmetric or all(isinstance(o, Flat) for o in self.body.obstacles)
+
+    @property
+    def turns(self) -> bool:
+        """Whether the modelled part is free to move along a horizontal axis, and so to turn."""
+        return bool(np.any(free_translations(self.body)[::2]))
 
     @property
     def falls(self) -> bool:
@@ -243,15 +254,15 @@ class Setup:
         if self.scene.cell.inertia or self.weight == 0:
             return
         if self.weight < 0:
-            raise SolveError("floats: the medium is denser than the cell, no equilibrium without inertia")
-        slope = slope_at(self.place.touch)
-        if not self.half and abs(slope) > STEEP:
+            raise SolveError(Cause.FLOATS.reason())
+        slope = slope_at(self.scene, self.place.touch)
+        if abs(slope) > STEEP:
             touch, way = self.place.touch[0], rest_beside(self.scene)
-            text = f"slides: no equilibrium; the only touch is on a slope (x = {touch.x_um:.4g} um, normal tilted by "
-            text += f"{math.degrees(math.asin(slope)):.3g} degrees) and contact is frictionless"
+            told = f"the only touch is on a slope (x = {touch.at[0]:.4g} um, normal tilted by "
+            told += f"{math.degrees(math.asin(slope)):.3g} degrees) and contact is frictionless"
             if way is not None:
-                text += f"; it would rest at cell.centre_x_um = {self.place.centre_x_um + way:.6g}"
-            raise SolveError(text)
+                told += f"; it would rest at cell.centre_x_um = {self.place.centre[0] + way:.6g}"
+            raise SolveError(Cause.SLIDES.reason(told=told))
 
     def layout(self) -> Layout:
         """What the observables need to know of the geometry."""
@@ -262,8 +273,17 @@ class Setup:
         groups: dict[str, tuple[str, ...]] = {"nucleus": nucleus, "cell": tuple(apart)}
         pieces = {name: tuple(n for n in apart if whole(n) == name) for name in INSIDE_OUT}
         groups |= {name: own for name, own in pieces.items() if own}
-        pillars = tuple(o for o in self.obstacles.values() if isinstance(o, Pillar))
-        return Layout(self.centre, self.half, scene.copies, regions, groups, pillars, self.lift_um, self.place.slide_um)
+        return Layout(
+            centre=self.centre,
+            half="x" in scene.mirrors,
+            mirrored=tuple("xyz".index(axis) for axis in scene.mirrors),
+            copies=scene.copies,
+            regions=regions,
+            groups=groups,
+            pillars=tuple(o for o in self.obstacles.values() if isinstance(o, Pillar | RoundPillar | SquarePillar)),
+            lift_um=self.lift_um,
+            slide_um=self.place.slide_um,
+        )
 
     def schedule(self) -> Schedule:
         """Times to land on, and the tolerance."""
@@ -297,6 +317,6 @@ class Setup:
     def create_run(self, log: Callable[[str], None]) -> Run:
         """The run, its zero modes removed where the scene has any."""
         modes = None
-        if not self.half and not self.scene.cell.inertia:
+        if self.turns and not self.scene.cell.inertia:
             modes = rigid_modes(self.body, self.centre, sideways=self.free_sideways)
         return Run(self.body, self.schedule(), self.force_scale, self.out_of_reach, modes, not self.falls, log)

@@ -9,9 +9,7 @@ from cellmech.fem.outline import Outline
 from cellmech.fem.surface import Surface
 
 
-def boundary(
-    domain: Domain, space: fem.FunctionSpace, name: str, mirrored: tuple[int, ...] = ()
-) -> Outline | Surface:
+def boundary(domain: Domain, space: fem.FunctionSpace, name: str, mirrored: tuple[int, ...] = ()) -> Outline | Surface:
     """The edges of a plane mesh, or the faces of one in space, of a facet group.
 
     Args:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from cellmech.mechanics.obstacles import Pillar
-from cellmech.scene.placement import standing
 from cellmech.scene.scene import Scene
+from cellmech.scene.substrate import standing
 
 POINTS = 721
 
@@ -19,7 +19,7 @@ def outline_of(pillar: Pillar) -> np.ndarray:
 def surface_at(scene: Scene, x: np.ndarray) -> np.ndarray:
     """Height of the substrate's upper surface at x [µm]; -inf where there is none."""
     heights = np.full(len(x), -np.inf if scene.flat is None else scene.flat.y_um)
-    for one in standing(scene.cell.shape == "half", scene.pillar):
+    for one in standing(scene):
         tops = [one.arch.top(at) for at in x.tolist()]
         heights = np.maximum(heights, [-np.inf if top is None else top for top in tops])
     return heights
@@ -28,7 +28,7 @@ def surface_at(scene: Scene, x: np.ndarray) -> np.ndarray:
 def polygons(scene: Scene, view: tuple[float, float, float, float]) -> list[np.ndarray]:
     """Triangles that fill pillars and flat inside a view [µm], shape (n, 3, 2) each."""
     found = []
-    for one in standing(scene.cell.shape == "half", scene.pillar):
+    for one in standing(scene):
         rim = outline_of(one.arch)
         middle = np.broadcast_to([one.arch.x_um, one.arch.y_um], rim[1:].shape)
         found.append(np.stack([middle, rim[:-1], rim[1:]], axis=1))

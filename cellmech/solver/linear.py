@@ -13,6 +13,7 @@ from typing import Any, Protocol
 
 from petsc4py import PETSc
 
+from cellmech.causes import Cause, Reason
 from cellmech.mechanics.balance import Body
 from cellmech.solver.coarse import coarse_operator, interpolation
 
@@ -22,7 +23,6 @@ SPARE = 0.3  # of the residual that ends Newton's method: what a linear solve le
 EXACTLY = 1e-8  # such a share where a solution serves many steps
 MOST_ITERATIONS = 200
 SET_UP = 10.0  # iterations that a set-up is worth: so many too many, and the next tangent has one of its own
-SINGULAR = "the tangent is singular: nothing resists some motion of the body"
 # MUMPS's INFOG(1) where memory is refused, and where the workspace that was foreseen is too small.
 REFUSED, OUTGROWN = frozenset((-5, -7, -13, -19)), frozenset((-8, -9, -17, -20))
 # Of the multigrid solver; what PETSc.Options() holds under the same prefix goes before.
@@ -62,8 +62,8 @@ class Linear(Protocol):
     def close(self) -> None:
         """Free what PETSc holds."""
 
-    def fault(self) -> str:
-        """Why the last tangent could not be solved with; "" if it could.
+    def fault(self) -> Reason | None:
+        """Why the last tangent could not be solved with; None if it could.
 
         Raises:
             MemoryError: on every rank, if there was no room.
@@ -91,19 +91,19 @@ class Direct:
     def close(self) -> None:
         """See `Linear`."""
 
-    def fault(self) -> str:
+    def fault(self) -> Reason | None:
         """See `Linear`. A preconditioner of ours hides it from PETSc."""
         factor = self.pc.getFactorMatrix()
         code = factor.getMumpsInfog(1)
         if code >= 0:
-            return ""
+            return None
         if code in REFUSED or (code in OUTGROWN and factor.getMumpsIcntl(23)):
             size = f"{factor.getSize()[0]} unknowns, ranks: {factor.getComm().size}, MUMPS error {code}"
             hint = "Fewer unknowns (a larger mesh.size_um), more ranks per case or more memory help"
             raise MemoryError(f"no room to factorise the tangent ({size}). {hint}")
         if code in OUTGROWN:
-            return f"the tangent is nearly singular: pivoting outgrows the room foreseen for it (MUMPS error {code})"
-        return SINGULAR
+            return Cause.NEARLY_SINGULAR.reason(code=code)
+        return Cause.SINGULAR.reason()
 
 
 class Multigrid:
@@ -118,7 +118,8 @@ class Multigrid:
         self._share = FORCING
         self._ksp: Any = None
         self._coarse: Any = None
-        self._lost, self._best, self._fault = 0.0, math.inf, ""
+        self._lost, self._best = 0.0, math.inf
+        self._fault: Reason | None = None
 
     def install(self, pc: PETSc.PC) -> None:
         """See `Linear`."""
@@ -184,14 +185,17 @@ class Multigrid:
             solved = self._solve(r, z)
         if not solved:
             left = self._ksp.getResidualNorm() / r.norm()
-            self._fault = f"the linear solver stops: {left:.2g} of the residual is left in {MOST_ITERATIONS} iterations"
+            self._fault = Cause.NOT_SOLVED.reason(left=left, most=MOST_ITERATIONS)
             z.set(math.nan)
 
     def _solve(self, r: PETSc.Vec, z: PETSc.Vec) -> bool:
         """Whether the residual fell as far as asked; counts what iterations more than with a new set-up it took."""
-        self._ksp.setTolerances(rtol=self._share, atol=0.0, max_it=MOST_ITERATIONS)
+        most = MOST_ITERATIONS
+        if self._best < math.inf:  # of another tangent: no longer than a set-up of this one's own takes
+            most = min(most, math.ceil(self._best * -math.log10(self._share) + 2 * SET_UP))
+        self._ksp.setTolerances(rtol=self._share, atol=0.0, max_it=most)
         self._ksp.solve(r, z)
-        self._fault = ""
+        self._fault = None
         if self._ksp.getConvergedReason() <= 0:
             return False
         size, left = r.norm(), self._ksp.getResidualNorm()
@@ -208,7 +212,7 @@ class Multigrid:
                 held.destroy()
         self._ksp = self._coarse = None
 
-    def fault(self) -> str:
+    def fault(self) -> Reason | None:
         """See `Linear`."""
         return self._fault
 

@@ -13,12 +13,13 @@ from dolfinx.fem import petsc
 from mpi4py import MPI
 from petsc4py import PETSc
 
+from cellmech.causes import Cause, Reason
 from cellmech.fem import fenicsx
 from cellmech.fem.jit import compile_form
 from cellmech.mechanics.balance import Body, equilibrium, load_work
 from cellmech.names import coordinates
 from cellmech.solver.det_f import DetFWatch
-from cellmech.solver.linear import SINGULAR, Direct, Multigrid, choose
+from cellmech.solver.linear import Direct, Multigrid, choose
 from cellmech.solver.rigid_modes import BorderedLU, RigidModes
 from cellmech.solver.saddle import Elimination, Saddle
 from cellmech.solver.state import State
@@ -29,7 +30,6 @@ BALANCED = 3e-4  # share of the load's sum that round-off may keep out of balanc
 ROUNDING = 8 * float(np.finfo(float).eps)  # of a position: what its arithmetic may be off by
 STALL_RATE = 0.5  # a residual that a new tangent reduces by less than this factor stays
 CRUSHED = 1e-3  # det F at and below which a solution is none: no continuum, and its stresses lose all digits
-ROUND_OFF = "round-off"  # how its reason begins
 MAX_ITERATIONS, LEAP_ITERATIONS = 30, 16
 # Ways to try a solve: whether tangents are kept, and PETSc's line search. Full steps first: the residual's norm judges
 # them badly, for a motion of what is soft (or a contact that sets in) shakes what is stiff before it settles.
@@ -45,20 +45,26 @@ class Outcome:
     """What a solve did.
 
     Args:
-        converged: whether the residual met the tolerance.
         iterations: Newton iterations.
         factorisations: tangents assembled and factorised.
         residual: its 2-norm at the end [Pa µm or pN].
-        reason: why it did not converge, in physical terms; "" otherwise.
-        drowned: whether round-off is why: no other step or guess will help.
+        reason: why it did not converge, in physical terms; None where it did.
     """
 
-    converged: bool
     iterations: int
     factorisations: int
     residual: float
-    reason: str = ""
-    drowned: bool = False
+    reason: Reason | None = None
+
+    @property
+    def converged(self) -> bool:
+        """Whether the residual met the tolerance."""
+        return self.reason is None
+
+    @property
+    def drowned(self) -> bool:
+        """Whether round-off is why it did not: no other step or guess will help."""
+        return self.reason is not None and self.reason.cause is Cause.ROUND_OFF
 
 
 class Solver:
@@ -280,7 +286,8 @@ class Solver:
         guess, centre = self._unknowns(), self.state.now.offset.value.copy()
         for self._thrifty, search in ATTEMPTS[:1] if leap else ATTEMPTS:
             self._use(search)
-            self._watch.worst, self._stale, fault, tangents = None, False, "", self.factorisations
+            self._watch.worst, self._stale, tangents = None, False, self.factorisations
+            fault: Reason | None = None
             self.state.now.offset.value = centre
             self._x.setArray(guess)
             for self._again in (False, *[True] * REFINEMENTS):
@@ -301,7 +308,7 @@ class Solver:
             unsolved = reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE
             if unsolved or self.factorisations > tangents:
                 fault = self._linear.fault()
-            if unsolved or fault:
+            if unsolved or fault is not None:
                 self.restart()  # what a failed factorisation leaves behind cannot be used again
         if not converged:
             self.rebuild()
@@ -310,38 +317,33 @@ class Solver:
         elif self.state.pressure is not None:
             self.state.pressure.values[:] = guess[self._u.getLocalSize() :]
         return Outcome(
-            converged=converged,
             iterations=iterations,
             factorisations=self.factorisations - before,
             residual=residual,
-            reason="" if converged else fault or self._explain(reason, residual),
-            drowned=drowned,
+            reason=None if converged else fault or self._explain(reason, residual),
         )
 
-    def _drowning(self, residual: float) -> str:
+    def _drowning(self, residual: float) -> Reason:
         """What round-off hides, and what it would not."""
+        remedy = ""
+        if self._sum:
+            times = residual / (BALANCED * self._sum)
+            remedy = f": {times:.2g} times the load, or moduli and penalty so much smaller, could be resolved"
         unit = self.body.kinematics.force_unit
-        forces = f"forces of {residual:.2g} {unit} out of balance beside a load of {self._sum:.2g} {unit}"
-        text = f"{ROUND_OFF} keeps {forces}"
-        if not self._sum:
-            return text
-        times = residual / (BALANCED * self._sum)
-        return f"{text}: {times:.2g} times the load, or moduli and penalty so much smaller, could be resolved"
+        return Cause.ROUND_OFF.reason(force=residual, load=self._sum, unit=unit, remedy=remedy)
 
-    def _explain(self, reason: int, residual: float) -> str:
+    def _explain(self, reason: int, residual: float) -> Reason:
         names = {getattr(PETSc.SNES.ConvergedReason, n): n for n in dir(PETSc.SNES.ConvergedReason) if n[0] != "_"}
         if reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE:
-            return SINGULAR
+            return Cause.SINGULAR.reason()
         if reason == PETSc.SNES.ConvergedReason.DIVERGED_DTOL:
             return self._drowning(residual)
         if self._watch.worst is not None:
             value, *place = self._watch.worst
             where = f"det F = {value:.2g} at reference {coordinates(place)} um"
-            if value > 0:
-                return f"material is crushed to nothing ({where})"
-            return f"material turns inside out on the way ({where})"
+            return (Cause.CRUSHED if value > 0 else Cause.INSIDE_OUT).reason(where=where)
         if reason == PETSc.SNES.ConvergedReason.DIVERGED_MAX_IT:
-            return f"no equilibrium found in {MAX_ITERATIONS} Newton iterations"
+            return Cause.NO_CONVERGENCE.reason(most=MAX_ITERATIONS)
         if reason == PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH:
-            return "no equilibrium nearby: the out-of-balance force cannot be reduced further"
-        return f"the nonlinear solve stopped: {names.get(reason, reason)}"
+            return Cause.NONE_NEARBY.reason()
+        return Cause.UNSOLVED.reason(told=names.get(reason, reason))

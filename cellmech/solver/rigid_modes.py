@@ -11,8 +11,8 @@ from dolfinx import fem
 from dolfinx.fem import petsc
 from petsc4py import PETSc
 
-from cellmech.fem.jit import compile_form
 from cellmech.fem.boundary import boundary
+from cellmech.fem.jit import compile_form
 from cellmech.mechanics.balance import Body
 from cellmech.solver.linear import Linear
 from cellmech.solver.state import free_translations

@@ -9,13 +9,14 @@ from functools import partial
 import numpy as np
 from mpi4py import MPI
 
+from cellmech.causes import Cause, Reason
 from cellmech.fem.boundary import boundary
 from cellmech.mechanics.balance import Body
 from cellmech.mechanics.obstacles import Obstacle
 from cellmech.solver.acceptance import Acceptance, Refused
 from cellmech.solver.energy_balance import Ledger
 from cellmech.solver.instants import CLOSEST
-from cellmech.solver.newton import ROUND_OFF, TOLERANCE, Outcome, Solver
+from cellmech.solver.newton import TOLERANCE, Outcome, Solver
 from cellmech.solver.rigid_modes import RigidModes
 from cellmech.solver.schedule import LOAD_STEPS, SMALL, Memory, Schedule, Step, Totals
 from cellmech.solver.settling import NEARLY, settle
@@ -277,11 +278,12 @@ class Run:
         self.acceptance.begin_again()
         return True
 
-    def no_way_on(self, reason: str, amplitude: float, t: float | None = None) -> str:
-        """The message of a failure, at the present time or t [s]."""
+    def no_way_on(self, reason: Reason, amplitude: float, t: float | None = None) -> Reason:
+        """The reason of a failure with its place: the present time or t [s]."""
         place = f"{self.t if t is None else t:.6g} s, load amplitude {amplitude:.6g}: {reason}"
-        drowned = reason.startswith(ROUND_OFF)
-        return f"the solver stops beyond t = {place}" if drowned else f"no equilibrium beyond t = {place}"
+        drowned = reason.cause is Cause.ROUND_OFF
+        text = f"the solver stops beyond t = {place}" if drowned else f"no equilibrium beyond t = {place}"
+        return Reason(reason.cause, text)
 
     def memory(self) -> Memory:
         """All that decides how the run goes on after the last accepted step."""

@@ -11,6 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 from scipy.optimize import brentq
 
+from cellmech.causes import Cause, Reason
 from cellmech.errors import SolveError
 from cellmech.mechanics.balance import Body
 from cellmech.solver import bdf
@@ -60,8 +61,8 @@ class Run(Protocol):
     def accept(self, t: float, h: float, outcome: Outcome, error: float | None) -> Step:
         """Book a step to the time t [s], h [s] long."""
 
-    def no_way_on(self, reason: str, amplitude: float, t: float | None = None) -> str:
-        """The reason of a failure, as it is told."""
+    def no_way_on(self, reason: Reason, amplitude: float, t: float | None = None) -> Reason:
+        """The reason of a failure with its place: the present time or t [s]."""
 
 
 @dataclass
@@ -101,7 +102,9 @@ class TimeSteps:
         Raises:
             SolveError: no way on; the state is the last accepted one.
         """
-        run, failures, reason, lost = self.run, 0, "", ""  # why a solve failed; what round-off made of a shorter step
+        run, failures = self.run, 0
+        reason: Reason | None = None  # why a solve failed
+        lost: Reason | None = None  # what round-off made of a shorter step
         self._move_history()
         if run.totals.steps == 0 and run.jumps:
             return self._put_on()
@@ -113,7 +116,7 @@ class TimeSteps:
             guess = self.history.predict(h)
             run.u[:] = guess if failures < 2 else self.history.values[0]
             outcome = run.solve(run.body.amplitude(t))
-            if not outcome.converged:
+            if outcome.reason is not None:
                 failures += 1
                 run.totals.failed_solves += 1
                 if outcome.drowned and not reason and t < run.schedule.next_landing(run.t):
@@ -132,7 +135,7 @@ class TimeSteps:
             if not self.controller.accepts(error):
                 run.totals.rejected_steps += 1
                 factor = min(self.controller.factor(error), 0.9)
-                stays = lost or "the error of ever smaller steps stays large"
+                stays = lost or Cause.RESTLESS.reason()
                 self.wish = self._shorter(0.0 if lost else h * factor, SMALLEST_ACCURATE, stays)
                 continue
             if run.reaches_more():
@@ -154,7 +157,7 @@ class TimeSteps:
         amplitude, a = run.body.amplitude(h), bdf.coefficients([h])
         run.state.ddt.set(a)
         _, outcome = follow(run, rest, amplitude, SMALLEST_LOAD_STEP * amplitude, leap=True)
-        if not outcome.converged:
+        if outcome.reason is not None:
             run.u[:] = rest.u
             raise SolveError(run.no_way_on(outcome.reason, 0.0))
         run.log(f"the load is there at once: put on within {h:.3g} s")
@@ -167,7 +170,7 @@ class TimeSteps:
             self.run.state.advance(self.formula, self.run.body.density is not None)
             self.formula = None
 
-    def _shorter(self, h: float, smallest: float, reason: str) -> float:
+    def _shorter(self, h: float, smallest: float, reason: Reason) -> float:
         """A smaller step [s], unless it has become senseless; back to the last accepted displacement in any case."""
         run = self.run
         run.u[:] = self.history.values[0]
@@ -267,7 +270,7 @@ class LoadSteps:
     def __init__(self, run: Run) -> None:
         self.run = run
         self.last = Equilibrium(0.0, run.u.copy(), at_rest=True)
-        self.stuck = ""  # why there is no way on from the last equilibrium
+        self.stuck: Reason | None = None  # why there is no way on from the last equilibrium
 
     def advance(self) -> Step:
         """Go to the next time that is asked for.
@@ -276,7 +279,7 @@ class LoadSteps:
             SolveError: no way on; the state is the last equilibrium.
         """
         run = self.run
-        if self.stuck:
+        if self.stuck is not None:
             raise SolveError(self.stuck)
         if run.totals.steps:
             run.state.rest()
@@ -285,7 +288,7 @@ class LoadSteps:
         while run.reaches_more():
             outcome = self._follow(start, run.body.amplitude(t))
         t = self._time_of(t)
-        if not outcome.converged:
+        if outcome.reason is not None:
             self.stuck = run.no_way_on(outcome.reason, self.last.amplitude, t)
             if t <= run.t:
                 raise SolveError(self.stuck)
@@ -306,7 +309,8 @@ class LoadSteps:
 
     def numbers(self) -> dict[str, Any]:
         """What, with the state, makes the next steps those of an uninterrupted run."""
-        return {"amplitude": self.last.amplitude, "at_rest": self.last.at_rest, "stuck": self.stuck}
+        stuck = None if self.stuck is None else (self.stuck.cause.value, self.stuck.text)
+        return {"amplitude": self.last.amplitude, "at_rest": self.last.at_rest, "stuck": stuck}
 
     def fields(self) -> dict[str, np.ndarray]:
         """Displacements to keep besides those of the state: none."""
@@ -315,4 +319,5 @@ class LoadSteps:
     def recall(self, numbers: dict[str, Any], fields: dict[str, np.ndarray]) -> None:
         """Go on from there; the state has been recalled."""
         self.last = Equilibrium(numbers["amplitude"], self.run.u.copy(), numbers["at_rest"])
-        self.stuck = numbers["stuck"]
+        stuck = numbers["stuck"]
+        self.stuck = None if stuck is None else Reason(Cause.named(stuck[0]), stuck[1])

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import ufl
 
+from cellmech.cell.lattice import lattice
 from cellmech.cell.observables import Observer
-from cellmech.cell.samples import lattice
 from cellmech.fem.jit import PointValues
 from cellmech.mechanics.kinematics import deformation_gradient, green_lagrange
 from cellmech.runs.library import solve

@@ -43,7 +43,8 @@ def write(results: Path, stem: str, values: Callable[[Trial], Mapping[str, float
     """Results of a study of the audit; `failed`: name of a case, with _ for other letters -> reason."""
     for case in load_study(STUDIES / f"{stem}.toml").cases:
         reason = failed.get("".join(c if c.isalnum() else "_" for c in case.name), "")
-        more = {"status": "failed", "reason": reason} if reason else {}
+        cause = "slides" if reason.startswith("slides") else "inside-out"
+        more = {"status": "failed", "reason": reason, "cause": cause} if reason else {}
         contact = {"weight_Pa_x_um": 3.08}
         write_result(results / stem / case.name, case, values(trial(case.name)), contact=contact, **more)
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from problems import block, displacement_space, hold, solid, wet
 
+from cellmech.causes import Cause, Reason
 from cellmech.fem.coefficients import mixtures
 from cellmech.mechanics.balance import Body
 from cellmech.solver.newton import Outcome
@@ -123,7 +124,7 @@ class Scripted:
         self.calls.append((amplitude, rough, leap))
         found = not leap and amplitude - self.u[0] <= self.hard
         self.u[:] = amplitude if found else np.nan
-        return Outcome(found, 3, 1, 0.0, "" if found else "too far")
+        return Outcome(3, 1, 0.0, None if found else Reason(Cause.NO_CONVERGENCE, "too far"))
 
 
 def test_way_to_a_load_is_rough_and_its_end_exact():
