@@ -1,4 +1,4 @@
-"""What a surface measures is the same on 1 and 2 ranks, also of a nucleus whose facets lie between cells."""
+"""What a surface measures, and a nucleus's shape, on 1 and 2 ranks; its facets may lie between cells of both."""
 
 import json
 import os
@@ -26,11 +26,24 @@ from dolfinx import fem
 from mpi4py import MPI
 from balls import MIRRORED, ball
 from cellmech.fem import jit
+from cellmech.cell.shape import nucleus_shape
 from cellmech.fem.curves import moments
+from cellmech.fem.domain import build_domain
+from cellmech.fem.outline import Outline
 from cellmech.fem.surface import Surface
 from cellmech.mechanics.obstacles import Flat, Pillar
+from cellmech.mesh.disc import DiscSpec
+
+def flat(shape):
+    return [number for value in shape.values() if value is not None for number in np.atleast_1d(value).tolist()]
 
 found = {}
+disc = build_domain(DiscSpec("full", size_um=2.0), MPI.COMM_WORLD)
+space = jit.displacement_space(disc.mesh, 3)
+X, u = space.tabulate_dof_coordinates()[:, :2], fem.Function(space)
+u.x.array[:] = (X * [0.2, -0.1] + 0.02 * X[:, ::-1] ** 2).ravel()
+outline = Outline(disc, space, "nucleus_outline")
+found["outline"] = flat(nucleus_shape(outline, u, False, False, 7.0))
 for shape in ("quarter", "full"):
     domain = ball(shape, 3.0, 10.0, 5.0)
     for order in (2, 3):
@@ -38,6 +51,8 @@ for shape in ("quarter", "full"):
         X, u = space.tabulate_dof_coordinates(), fem.Function(space)
         bend = 1 + 0.02 * X[:, :1] ** 2 * (1 + 0.1 * np.sin(X[:, 2:]) ** 2) - 0.003 * X[:, 1:2]
         u.x.array[:] = (X * (bend * [1.1, 0.8, 1.0] - 1) + [0.0, 20.0, 0.0]).ravel()
+        nucleus = Surface(domain, space, "nucleus_outline", MIRRORED[shape])
+        found[f"{shape} {order} shape"] = flat(nucleus_shape(nucleus, u, shape == "quarter", False, 17.0))
         for name in ("nucleus_outline", "outer"):
             surface = Surface(domain, space, name, MIRRORED[shape])
             area, volume, centroid = surface.content(u)

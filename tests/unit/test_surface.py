@@ -220,13 +220,38 @@ def test_depth_and_area_of_a_cap(shape):
     assert deeper.area_um2 == pytest.approx(2 * np.pi * 5 * 0.2, rel=1e-3)
 
 
+class Knob:
+    """A small ball, as an obstacle is."""
+
+    length_um = 1.0
+
+    def __init__(self, centre, radius):
+        self.centre, self.radius = centre, radius
+
+    def gap(self, x):
+        """From its centre."""
+        return [x[k] - self.centre[k] for k in range(3)]
+
+    def level_set(self, x):
+        """Depth below its surface."""
+        return self.radius - np.sqrt(sum(g * g for g in self.gap(x)))
+
+    def gradient(self, x):
+        """Of length 1."""
+        gap = self.gap(x)
+        return tuple(-g / np.sqrt(sum(g * g for g in gap)) for g in gap)
+
+
 def test_contact_far_smaller_than_a_facet_is_seen():
-    """Its area 2 pi R h with h = 1e-3 um: 0.2 um wide on facets of 2.5 um."""
+    """A knob 0.01 um deep, 0.2 um wide, where the samples of a facet are 0.6 um apart; each of four quarters has it."""
     found, u = exact_sphere()
-    lowest = 20.0 - found.outermost(found.nodes(u), np.array([[0.0, -1.0, 0.0]]))[0, 1]
-    assert lowest == pytest.approx(5.0, abs=1e-4)
-    patch = found.contact_area(u, [Flat(20.0 - lowest + 1e-3)], 0.0)
-    assert patch.area_um2 == pytest.approx(2 * np.pi * 5 * 1e-3, rel=0.15)
+    facet, between = found.nodes(u)[:1], np.array([[1 / 3, 1 / 3]])
+    outward = facets.normals(facet, between)[0, 0]
+    centre = facets.positions(facet, between)[0, 0] + 0.49 * outward / np.linalg.norm(outward)
+    knob, d = Knob(centre, 0.5), INNER + 0.49
+    area = 2 * np.pi * INNER * (INNER - (d * d + INNER**2 - 0.25) / (2 * d))
+    assert found.max_depth(u, [knob]) == pytest.approx(0.01, rel=1e-3)
+    assert found.contact_area(u, [knob], 0.0).area_um2 == pytest.approx(4 * area, rel=0.05)
 
 
 def test_depth_between_nodes_in_a_ridge():
