@@ -29,11 +29,12 @@ from cellmech.cell.samples import (
     exceeded_on,
     merge,
 )
+from cellmech.cell.shape import nucleus_shape
 from cellmech.errors import MeshError
 from cellmech.fem.boundary import boundary
 from cellmech.fem.outline import Outline
 from cellmech.fem.surface import Surface
-from cellmech.mechanics.kinematics import Kinematics
+from cellmech.mechanics.kinematics import Axisymmetric, Kinematics
 from cellmech.mechanics.obstacles import Obstacle
 from cellmech.scene.substrate import Upright
 from cellmech.solver.det_f import order_of, quadrature
@@ -177,6 +178,14 @@ class Observer:
             result[name]["sigma_mises_p99_Pa"] = value
         result |= self._shares()
         result["shape_index"], result["lamina_pillar_distance_um"] = self._shape()
+        tops = [pillar.y_um + pillar.height_um for pillar in self.layout.pillars]
+        result["nucleus_shape"] = nucleus_shape(
+            self.nucleus,
+            self.run.state.u,
+            half=self.layout.half,
+            turned=isinstance(self.kinematics, Axisymmetric),
+            top_um=max(tops, default=None),
+        )
         result["contact"], result["energy"] = self._contact(), self._energy()
         return result
 
@@ -278,7 +287,7 @@ class Observer:
             result["max_pressure_Pa"] = contact.pressure_at(depth)
             if isinstance(self.surface, Surface):
                 patch = self.surface.contact_area(run.state.u, obstacles, contact.threshold_um)
-                result |= {"half_width_um": patch.along_x_um / 2, "area_um2": patch.area_um2}
+                result |= {"half_width_um": patch.radius_um, "area_um2": patch.area_um2}
             else:
                 length = self.surface.contact_length_x(run.state.u, obstacles, contact.threshold_um)
                 result["half_width_um"] = length if layout.half else length / 2
