@@ -62,7 +62,7 @@ class Moments:
         return (
             2 * np.pi * float(self.values[1]),
             2 * np.pi * float(self.values[3]),
-            float(self.values[6] / self.values[3]),
+            float(self.values[6] / self.values[3]) if self.values[3] else 0.0,
         )
 
     @property
