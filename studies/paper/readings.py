@@ -18,11 +18,10 @@ from cellmech.scene.files import read_scene
 from cellmech.scene.keys import put
 from cellmech.scene.scene import Scene
 from studies.paper.misfit import LOST, log_ratio
-from studies.paper.numbers import OUTLINES, Number, all_numbers, judged, row_label
+from studies.paper.numbers import OUTLINES, Number, all_numbers, judged
 from studies.paper.ours import STUDIES, Ours, Slot, read_ours
-from studies.paper.places import MAXIMA, TABLE_NAMES, all_places, extremes
+from studies.paper.places import MAXIMA, all_places, extremes
 from studies.paper.printed import PLACES, TABLES, Paper, PrintedRow
-from studies.paper.section import NONE, Row, Section, significant, tone_of
 from studies.paper.study_files import study_text
 
 COARSE = {"mesh.order": 2, "mesh.size_um": 0.85, "mesh.grading": "uniform", "mesh.fade_rings": 0}
@@ -112,6 +111,8 @@ def _readings() -> tuple[Reading, ...]:
 
 READINGS = _readings()
 EFFECTIVE = "twice-6"  # the one that fits best
+RESOLVED = {"soft": "soft-resolved", EFFECTIVE: "best-resolved"}
+"""Reading on the paper's mesh -> the same on one that resolves it."""
 
 
 def named(name: str) -> Reading:
@@ -212,43 +213,6 @@ def score(reading: Reading, paper: Paper, out: Path) -> Score:
 def _lost_outline(number: Number) -> bool:
     """Whether a shape index, which stands there once for each outline, has no solution, and is the first of them."""
     return math.isnan(number.ours) and number.key == f"shape_index.{next(iter(OUTLINES))}"
-
-
-def reading_section(scores: Sequence[Score]) -> Section:
-    """The readings as a table."""
-    header = ("reading", "rms", "median", *LIMITS, "shares ± 1", "± 3", "order of laws")
-    text = (
-        f"{len(scores[0].of())} printed maxima and shape indices and {len(scores[0].of(shares=True))} shares; rms and "
-        "median of |ln(ours/print)| on q − q0; a number without a solution of ours counts as a factor 1000. The order "
-        "of the four laws is counted for σ, J1, J2, J3. All readings were chosen with these numbers in sight."
-    )
-    rows = []
-    for one in scores:
-        (rms, median), near = misfits(one.logs()), within(one.logs())
-        shares = [one.shares_within(1), one.shares_within(3)]
-        cells = (one.reading.text, significant(rms, 2), significant(median, 2), *map(str, [*near, *shares]))
-        record = {"reading": one.reading.name, "rms": rms, "median": median}
-        record |= dict(zip(LIMITS, near, strict=True)) | {"shares_1": shares[0], "shares_3": shares[1]}
-        rows.append(Row((*cells, f"{one.order_of_laws()} of 4"), record, ""))
-    return Section("reading", "Readings of the paper", text, header, rows)
-
-
-def beside_section(first: Score, best: Score) -> Section:
-    """Number by number: the print, the inputs as printed, and the best reading."""
-    header = ("row", "quantity", "printed", "inputs as printed", "best reading", "of q − q0")
-    text = f"Best reading: {best.reading.text}. Last column: (ours − q0)/(printed − q0) in it, raw for shape indices."
-    before = {(n.table, n.row, n.quantity): n for n in first.numbers}
-    rows = []
-    for n in best.numbers:
-        old = before[n.table, n.row, n.quantity].ours
-        ratio = n.score
-        mine, theirs = (NONE if math.isnan(value) else f"{value:.4g}" for value in (n.ours, old))
-        share = NONE if math.isnan(ratio) else significant(ratio, 2)
-        record = {"table": n.table, "row": n.row, "quantity": n.quantity, "printed": n.printed, "as_printed": old}
-        record |= {"best": n.ours, "ratio": ratio}
-        cells = (f"{TABLE_NAMES[n.table]}, {row_label(n)}", n.quantity, f"{n.printed:g}", theirs, mine, share)
-        rows.append(Row(cells, record, tone_of(ratio)))
-    return Section("beside", "The printed numbers in both readings", text, header, rows)
 
 
 def effective_study(reading: Reading, paper: Paper) -> str:
