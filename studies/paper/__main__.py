@@ -74,7 +74,7 @@ def _parser() -> argparse.ArgumentParser:
     fits = add("fit-readings", _fit_readings, "fit a reading to some figures, predict the others: reading-fits.md")
     fits.add_argument("--only", action="append", default=[], metavar="NAME", help="this fit; can be repeated")
     add("stresses", _stresses, "which von Mises stress fits the print, in the best reading: stresses.md and .csv")
-    calibrate = add("calibrate", _calibrate, "fit open inputs: calibration.md and .csv, and the studies of the fits")
+    calibrate = add("calibrate", _calibrate, "fit open inputs: calibration.md and .csv; saint-venant-limit.toml")
     calibrate.add_argument("--set", nargs="+", default=[], metavar="KEY=VALUE", help="overrides of every scene")
     return parser
 
@@ -196,7 +196,7 @@ def _calibrate(options: argparse.Namespace) -> list[str]:
 
     from cellmech.fem import shared_memory, started
     from cellmech.scene.studies import load_study
-    from studies.paper import calibrated
+    from studies.paper import calibration_tables
     from studies.paper.calibration import end_state, fit_all
 
     world = started.MPI.COMM_WORLD
@@ -212,10 +212,9 @@ def _calibrate(options: argparse.Namespace) -> list[str]:
         raise
     if world.rank == 0:
         mesh = f"mesh of {' '.join(options.set)}" if options.set else "default mesh"
-        _write(_figures(options) / "calibration.md", calibrated.calibration_markdown(fits, mesh))
-        _write(_figures(options) / "calibration.csv", calibrated.calibration_csv(fits))
-        _write(options.studies / "calibrated.toml", calibrated.calibrated_study(fits, mesh))
-        _write(options.studies / "saint-venant-limit.toml", calibrated.limit_study(fits, mesh))
+        _write(_figures(options) / "calibration.md", calibration_tables.calibration_markdown(fits, mesh))
+        _write(_figures(options) / "calibration.csv", calibration_tables.calibration_csv(fits))
+        _write(options.studies / "saint-venant-limit.toml", calibration_tables.limit_study(fits, mesh))
     return []
 
 
