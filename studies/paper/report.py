@@ -32,7 +32,8 @@ FIGURES = {  # stem -> what it is, what it must show
     ),
     "fig4": (
         "Fluid fractions of lamina and nucleoplasm",
-        "All 25 combinations, the one the paper could not solve included. Print and ours: where each is largest.",
+        "All 25 combinations. Print and ours: where each is largest; the paper found no solution at 0.9, 0.9, so the "
+        "tables below look for ours among the other 24.",
     ),
     "fig5": (
         "The cell at the largest strains of the two sweeps",
