@@ -128,12 +128,12 @@ class Score:
     Args:
         reading: which one.
         numbers: each printed number beside ours, misprints left out; of a shape index the nearest of three.
-        places: how many extremes are where the paper has them, and of how many.
+        places: how many extremes are where the paper has them, and of how many; None when runs are missing.
     """
 
     reading: Reading
     numbers: Sequence[Number]
-    places: tuple[int, int] = (0, 0)
+    places: tuple[int, int] | None = None
 
     def of(self, tables: Iterable[str] = TABLES, shares: bool = False) -> list[Number]:
         """Those of some tables: maxima and shape indices, or shares."""
@@ -208,7 +208,8 @@ def score(reading: Reading, paper: Paper, out: Path) -> Score:
     ours = read_ours(out / reading.name)
     numbers = all_numbers(paper, ours)
     kept = [n for n in judged(numbers) if n.quantity != "SI" or n.note or _lost_outline(n)]
-    return Score(reading, kept, extremes(all_places(paper, ours, numbers)))
+    whole = all(slot.case for of in ours.slots.values() for slot in of)
+    return Score(reading, kept, extremes(all_places(paper, ours, numbers)) if whole else None)
 
 
 def _lost_outline(number: Number) -> bool:
