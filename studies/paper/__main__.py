@@ -21,6 +21,7 @@ from cellmech.surroundings import open_streams
 from studies.paper.comparison import compare
 from studies.paper.ours import STUDIES
 from studies.paper.printed import PAPER_NUMBERS, read_paper
+from studies.paper.section import Section
 
 MOST_FAULTS = 60  # that are named
 Command = Callable[[argparse.Namespace], list[str]]
@@ -73,7 +74,7 @@ def _parser() -> argparse.ArgumentParser:
     fits = add("fit-readings", _fit_readings, "fit a reading to some figures, predict the others: reading-fits.md")
     fits.add_argument("--only", action="append", default=[], metavar="NAME", help="this fit; can be repeated")
     add("stresses", _stresses, "which von Mises stress fits the print, in the best reading: stresses.md and .csv")
-    calibrate = add("calibrate", _calibrate, "fit open inputs: calibration.md and .csv, and the studies of the fits")
+    calibrate = add("calibrate", _calibrate, "fit open inputs: calibration.md and .csv; saint-venant-limit.toml")
     calibrate.add_argument("--set", nargs="+", default=[], metavar="KEY=VALUE", help="overrides of every scene")
     return parser
 
@@ -128,7 +129,7 @@ def _audit_pairs(options: argparse.Namespace) -> list[str]:
 
 def _readings(options: argparse.Namespace) -> list[str]:
     from cellmech.fem import started
-    from studies.paper import readings
+    from studies.paper import reading_tables, readings
 
     paper, place = read_paper(options.paper), options.results / "readings"
     chosen = _chosen(readings.READINGS, options.only)
@@ -138,12 +139,10 @@ def _readings(options: argparse.Namespace) -> list[str]:
         return []
     there = [one for one in readings.READINGS if (place / one.name).is_dir()]
     scores = {one.name: readings.score(one, paper, place) for one in there}
-    sections = [readings.reading_section(list(scores.values()))]
+    sections = [reading_tables.reading_section(list(scores.values())), reading_tables.resolved_section(scores)]
     if {"printed", readings.EFFECTIVE} <= scores.keys():
-        sections.append(readings.beside_section(scores["printed"], scores[readings.EFFECTIVE]))
-    say(sections[0].markdown())
-    _write(_figures(options) / "readings.md", "\n\n".join(section.markdown() for section in sections) + "\n")
-    _write(_figures(options) / "readings.csv", to_csv([r for s in sections for r in s.records()], ("section",)))
+        sections.append(reading_tables.beside_section(scores["printed"], scores[readings.EFFECTIVE]))
+    _write_sections(_figures(options), "readings", sections)
     return []
 
 
@@ -172,26 +171,23 @@ def _stresses(options: argparse.Namespace) -> list[str]:
     from studies.paper import readings, stresses
 
     section = stresses.stress_section(readings.named(readings.EFFECTIVE), read_paper(options.paper), _say)
-    say(section.markdown())
-    _write(_figures(options) / "stresses.md", section.markdown() + "\n")
-    _write(_figures(options) / "stresses.csv", to_csv(section.records()))
+    _write_sections(_figures(options), "stresses", [section])
     return []
 
 
 def _fit_readings(options: argparse.Namespace) -> list[str]:
-    from studies.paper import reading_fit, readings
+    from studies.paper import reading_fit, reading_tables, readings
 
     paper, place = read_paper(options.paper), options.results / "reading-fits"
 
-    def judge(reading: readings.Reading, tables: Sequence[str]) -> readings.Score:
-        readings.solve(reading, paper, place, tables)
+    def judge(reading: readings.Reading, tables: Sequence[str], everything: bool) -> readings.Score:
+        readings.solve(reading, paper, place, tables, everything)
         return readings.score(reading, paper, place)
 
     plans = _chosen(reading_fit.PLANS, options.only)
-    section = reading_fit.fit_section([reading_fit.fit(plan, judge, _say) for plan in plans])
-    say(section.markdown())
-    _write(_figures(options) / "reading-fits.md", section.markdown() + "\n")
-    _write(_figures(options) / "reading-fits.csv", to_csv(section.records()))
+    fits = [reading_fit.fit(plan, judge, _say) for plan in plans]
+    sections = [reading_fit.fit_section(fits), reading_tables.reading_section([one.score for one in fits])]
+    _write_sections(_figures(options), "reading-fits", sections)
     return []
 
 
@@ -200,7 +196,7 @@ def _calibrate(options: argparse.Namespace) -> list[str]:
 
     from cellmech.fem import shared_memory, started
     from cellmech.scene.studies import load_study
-    from studies.paper import calibrated
+    from studies.paper import calibration_tables
     from studies.paper.calibration import end_state, fit_all
 
     world = started.MPI.COMM_WORLD
@@ -216,11 +212,17 @@ def _calibrate(options: argparse.Namespace) -> list[str]:
         raise
     if world.rank == 0:
         mesh = f"mesh of {' '.join(options.set)}" if options.set else "default mesh"
-        _write(_figures(options) / "calibration.md", calibrated.calibration_markdown(fits, mesh))
-        _write(_figures(options) / "calibration.csv", calibrated.calibration_csv(fits))
-        _write(options.studies / "calibrated.toml", calibrated.calibrated_study(fits, mesh))
-        _write(options.studies / "saint-venant-limit.toml", calibrated.limit_study(fits, mesh))
+        _write(_figures(options) / "calibration.md", calibration_tables.calibration_markdown(fits, mesh))
+        _write(_figures(options) / "calibration.csv", calibration_tables.calibration_csv(fits))
+        _write(options.studies / "saint-venant-limit.toml", calibration_tables.limit_study(fits, mesh))
     return []
+
+
+def _write_sections(folder: Path, stem: str, sections: Sequence[Section]) -> None:
+    """Show the first, write all."""
+    say(sections[0].markdown())
+    _write(folder / f"{stem}.md", "\n\n".join(section.markdown() for section in sections) + "\n")
+    _write(folder / f"{stem}.csv", to_csv([r for s in sections for r in s.records()], ("section",)))
 
 
 def _say(line: str) -> None:

@@ -115,10 +115,13 @@ class Bounded:
         return obeys_identity(self.rounded(J1=-1, J2=1, J3=1))
 
 
+ROUND_OFF = 1e-9  # relative: a state that meets a rule with equality, such as S1, is within rounding of it
+
+
 def obeys_bounds(slot: Slot, values: Maxima) -> bool | None:
     """Whether the stress is as large as the strains demand; None where that cannot be said."""
     known = [bound for bound in bounds(slot, values) if math.isfinite(bound)]
-    return values["sigma"] >= max(known) if known and math.isfinite(values["sigma"]) else None
+    return values["sigma"] >= (1 - ROUND_OFF) * max(known) if known and math.isfinite(values["sigma"]) else None
 
 
 def least_J2(values: Maxima) -> float:
@@ -129,7 +132,7 @@ def least_J2(values: Maxima) -> float:
 def obeys_identity(values: Maxima) -> bool | None:
     """Whether the largest J2 is as large as that; None where that cannot be said."""
     least = least_J2(values)
-    return values["J2"] >= least if math.isfinite(least) and math.isfinite(values["J2"]) else None
+    return values["J2"] >= (1 - ROUND_OFF) * least if math.isfinite(least) and math.isfinite(values["J2"]) else None
 
 
 def bounded_rows(paper: Paper, ours: Ours) -> list[Bounded]:

@@ -113,10 +113,11 @@ class Comparison:
         yield f"The paper's one case without convergence, {at(self.paper.not_converged)}: {result}."
 
     def _of_the_print(self) -> Iterable[str]:
-        stress = [row.stress_possible for row in self.rows if row.stress_possible is not None]
+        stress = [row.stress_possible for row in self.rows]
+        silent = f"; for {stress.count(None)} they demand nothing" if None in stress else ""
         yield (
             f"The print against itself: in {stress.count(False)} of {len(stress)} rows σ_Mises is smaller than "
-            "the printed J1, J2, J3 demand with the printed moduli: no load can give both."
+            f"the printed J1, J2, J3 demand with the printed moduli: no load can give both{silent}."
         )
         if strange := [row.label for row in self.rows if row.J2_possible is False]:
             yield f"J2 = J1² − 2 J3 cannot hold in {'; '.join(strange)}."
