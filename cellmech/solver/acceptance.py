@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Protocol
 
+import numpy as np
+
 from cellmech.causes import Cause, Reason
 from cellmech.errors import SolveError
 from cellmech.solver.ellipticity import AT_REST, Stability, StabilityWatch
@@ -82,7 +84,9 @@ class Acceptance:
         """
         ledger, radius_um = self.run.ledger, self.run.reach_um / 2
         weight = abs(ledger.load_resultant()[1] * amplitude)
-        push, moment = ledger.sideways(), ledger.moment(amplitude)
+        across = np.delete(ledger.contact_force() * ledger.state.free, 1)
+        push = float(across[0]) if len(across) == 1 else float(np.linalg.norm(across))
+        moment = ledger.moment(amplitude)
         force, energy = ledger.body.kinematics.force_unit, ledger.body.kinematics.energy_unit
         if abs(push) > SLIDING * weight:
             cause, told = Cause.SLIDES, f"the obstacles push sideways with {push:.3g} {force}"

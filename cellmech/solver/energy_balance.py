@@ -82,11 +82,6 @@ class Ledger:
         """Resultant of the obstacles on the modelled body now [Pa µm], a component each. Collective."""
         return self._sum(self._assemble("contact").reshape(-1, self._components).sum(axis=0))
 
-    def sideways(self) -> float:
-        """Horizontal force of the obstacles now [Pa µm or pN], where it is free: along x, in space its size. Collective."""
-        force = self.contact_force()
-        return float(force[0]) if len(force) == 2 else float(np.linalg.norm((force * self.state.free)[::2]))
-
     def load_resultant(self) -> np.ndarray:
         """Resultant of the dead loads at full amplitude [Pa µm], a component each. Collective."""
         return self._sum(self.load_vector.reshape(-1, self._components).sum(axis=0))

@@ -70,7 +70,7 @@ def stretches(run: Run, axis: float | None) -> list[Stretch]:
 
 
 def _patches(run: Run, surface: Surface, contact: Contact) -> list[Stretch]:
-    """The contact with each obstacle that is touched, in space; edges are those of a right-angled facet of their size."""
+    """The contact with each obstacle that is touched, in space; edges are of a right-angled facet of their size."""
     found, u = [], run.state.u
     corners = surface.nodes(u)[:, :3]
     facets = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=-1) / 2
