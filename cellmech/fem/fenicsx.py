@@ -195,6 +195,14 @@ def evaluate(expression: Any, mesh: Any, cells: np.ndarray) -> np.ndarray:
     return expression.eval(cells) if OLD else expression.eval(mesh, cells)
 
 
+def interpolated(function: Any, space: Any) -> np.ndarray:
+    """A function in another space on the same mesh, ghosts included, flat."""
+    other = fem.Function(space)
+    other.interpolate(function)
+    other.x.scatter_forward()
+    return other.x.array.copy()
+
+
 def values_at(function: Any, places: np.ndarray) -> np.ndarray:
     """A function's values at places [µm], shape (n, 3), on a mesh of tetrahedra that this rank has alone.
 
