@@ -136,6 +136,18 @@ def test_poles_of_the_nucleus_are_nodes():
         assert np.abs(x - [0.0, 9.5 + pole, 0.0]).max(axis=1).min() < 1e-14
 
 
+def test_tetrahedra_share_their_faces():
+    """Each face belongs to two elements, or to one on the boundary, whose faces are known."""
+    model = build_ball(replace(COARSE, thin_layers=2))
+    groups = {model.getPhysicalName(*group): model.getElements(*group)[2][0] for group in model.getPhysicalGroups()}
+    cells = np.concatenate([groups[name].reshape(-1, 10)[:, :4] for name in RADII])
+    sides = np.sort(np.concatenate([np.delete(cells, k, axis=1) for k in range(4)]), axis=1)
+    faces, counts = np.unique(sides, axis=0, return_counts=True)
+    named = [groups[name].reshape(-1, 6)[:, :3] for name in ("outer", "symmetry x", "symmetry z")]
+    assert counts.max() == 2
+    assert np.array_equal(faces[counts == 1], np.unique(np.sort(np.concatenate(named), axis=1), axis=0))
+
+
 def test_same_specification_gives_the_same_mesh():
     one, other = build_ball(COARSE), build_ball(COARSE)
     assert np.array_equal(one.getNodes()[1], other.getNodes()[1])
