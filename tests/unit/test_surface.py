@@ -8,14 +8,16 @@ from balls import MIRRORED, affine, ball
 from dolfinx import fem
 from dolfinx import mesh as dmesh
 from mpi4py import MPI
+from problems import layered_disc
 from scipy.special import ellipe
 
 from cellmech.fem import facets, jit
 from cellmech.fem.curves import moments
 from cellmech.fem.domain import Domain
-from cellmech.fem.outline import deepest
+from cellmech.fem.outline import Outline, deepest
 from cellmech.fem.surface import Surface
 from cellmech.mechanics.obstacles import Flat, Pillar
+from cellmech.mechanics.pillars import RoundPillar
 
 R, INNER = 10.0, 5.0
 
@@ -266,6 +268,23 @@ def test_depth_between_nodes_in_a_ridge():
     at_nodes = float(deepest(ridge, x).max())
     assert largest > at_nodes + 0.01
     assert found.max_depth(u, ridge) == pytest.approx(largest, abs=1e-4) and found.max_depth(u, ridge) > largest - 1e-5
+
+
+def test_ball_on_a_round_pillar_is_the_disc_that_is_turned():
+    """Depth and width of the contact, of the outline in the plane and of the surface in space."""
+    disc = layered_disc(shape="half", size_um=1.0)
+    space = jit.displacement_space(disc.mesh, 3)
+    outline, at_rest = Outline(disc, space, "nucleus_outline"), fem.Function(space)
+    lowest = float(outline.reference[..., 1].min())
+    found, u = exact_sphere(size=1.25)
+    measures = {"y_um": 15.0 - 3.0, "half_width_um": 2.0, "height_um": 3.2, "exponent": 4.0}
+    patch = found.contact_area(u, [RoundPillar(0.0, z_um=0.0, **measures)], 0.02)
+    depth = found.max_depth(u, [RoundPillar(0.0, z_um=0.0, **measures)])
+    flat = [Pillar(0.0, **(measures | {"y_um": lowest - 3.0}))]
+    width = outline.contact_length_x(at_rest, flat, 0.02)
+    assert depth == pytest.approx(outline.max_depth(at_rest, flat), rel=1e-3)
+    assert (patch.along_x_um, patch.along_z_um) == pytest.approx((2 * width, 2 * width), rel=1e-3)
+    assert patch.area_um2 == pytest.approx(2 * np.pi * INNER * (INNER - np.sqrt(INNER**2 - width**2)), rel=2e-3)
 
 
 def test_pole_is_a_point_of_the_body():
