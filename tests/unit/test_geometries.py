@@ -7,6 +7,7 @@ from dolfinx import fem
 from mpi4py import MPI
 from problems import affine, block, displacement_space, value_at
 
+from cellmech.cell.footing import BEARS, feet, modulus_of
 from cellmech.cell.layering import mesh_plan
 from cellmech.cell.observables import Observer, Ring
 from cellmech.cell.setup import Setup, obstacles_of
@@ -103,3 +104,12 @@ def test_what_has_no_meaning_about_an_axis_is_refused(tables, key, told):
         turned(**tables)
     assert caught.value.key == key and told in caught.value.rule
     assert "ring" in str(caught.value) or "axi" in str(caught.value)
+
+
+def test_footprint_of_a_ball_on_its_axis_is_hertzs():
+    """a^3 = 3 F R/(4 E*) on a stiff flat, a share of the load to either side of it."""
+    scene = turned(pillar=[], contact={"penalty_Pa_per_um": 1e9})
+    load = 1e-2
+    (foot,) = feet(scene, load, lambda d: 1e9 * max(d, 0.0))
+    least, most = (AXISYMMETRIC.hertz_um(share * load, 10.0, modulus_of(scene)) for share in BEARS)
+    assert foot.edges == (pytest.approx(least, rel=0.02), pytest.approx(most, rel=0.02))
