@@ -147,7 +147,7 @@ def test_energy_and_tangent_in_space_are_derivatives(form, ladder):
 def end_state(tmp_path, name, **tables):
     """Of a cell whose layers are smeared, so that few elements mesh it; solved."""
     cell = {"layers": "smeared", "smear_um": 1.0, "geometry": "3d", **tables.pop("cell", {})}
-    mesh = {"size_um": 5.0, "order": 2, **tables.pop("mesh", {})}
+    mesh = {"size_um": 5.0, "order": 2, "fade_rings": 0, **tables.pop("mesh", {})}
     scene = read_scene({"cell": cell, "time": {"history": False}, "mesh": mesh, **tables}, name)
     found = solve(scene, tmp_path / name)
     assert not found.failure, found.failure
