@@ -14,15 +14,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from cellmech.scene.files import read_scene
-from cellmech.scene.keys import put
-from cellmech.scene.scene import Scene
+from cellmech import Scene
+from cellmech.figures import NONE, Row, Section, significant, tone_of
+from cellmech.scene import put, read_scene
 from studies.paper.misfit import LOST, log_ratio
 from studies.paper.numbers import OUTLINES, Number, all_numbers, judged, row_label
 from studies.paper.ours import STUDIES, Ours, Slot, read_ours
 from studies.paper.places import MAXIMA, TABLE_NAMES, all_places, extremes
 from studies.paper.printed import PLACES, TABLES, Paper, PrintedRow
-from studies.paper.section import NONE, Row, Section, significant, tone_of
 from studies.paper.study_files import study_text
 
 COARSE = {"mesh.order": 2, "mesh.size_um": 0.85, "mesh.grading": "uniform", "mesh.fade_rings": 0}
@@ -147,12 +146,12 @@ class Score:
         same = 0
         for quantity in MAXIMA:
             rows = [n for n in self.of(("fig2",)) if n.quantity == quantity]
-            same += sorted(rows, key=lambda n: n.printed) == sorted(rows, key=_ours)
+            same += sorted(rows, key=lambda n: n.theirs) == sorted(rows, key=_ours)
         return same
 
     def shares_within(self, percent: float) -> int:
         """How many printed shares are met within so many of their per cents."""
-        return sum(abs(n.ours - n.printed) <= percent + n.half_digit for n in self.of(shares=True))
+        return sum(abs(n.ours - n.theirs) <= percent + n.uncertainty for n in self.of(shares=True))
 
 
 def _ours(number: Number) -> float:
@@ -171,7 +170,7 @@ def within(logs: Sequence[float]) -> list[int]:
 
 def rows_of(paper: Paper) -> dict[str, list[str]]:
     """Table -> names of the study's cases that the paper prints numbers of."""
-    from cellmech.scene.studies import load_study
+    from cellmech.scene import load_study
 
     studies = {table: load_study(STUDIES / f"{table}.toml").cases for table in TABLES}
     planned = Ours({table: tuple(Slot(c.name, c.scene, (), None) for c in cases) for table, cases in studies.items()})
@@ -185,14 +184,14 @@ def solve(reading: Reading, paper: Paper, out: Path, tables: Sequence[str] = TAB
     Raises:
         SystemExit: with the study's status, when it was stopped or refused.
     """
-    from cellmech.runs import study
+    from cellmech.runs import main
 
     for table, names in rows_of(paper).items():
         if table not in tables:
             continue
         chosen = [] if everything else [word for name in names for word in ("--only", name)]
         words = [str(STUDIES / f"{table}.toml"), "--out", str(out / reading.name / table), "--quiet", *chosen]
-        status = study.main([*words, "--set", *reading.overrides()])
+        status = main([*words, "--set", *reading.overrides()])
         if status not in (0, 1):  # that some cases have no solution is part of what a reading says
             raise SystemExit(status)
 
@@ -244,9 +243,9 @@ def beside_section(first: Score, best: Score) -> Section:
         ratio = n.score
         mine, theirs = (NONE if math.isnan(value) else f"{value:.4g}" for value in (n.ours, old))
         share = NONE if math.isnan(ratio) else significant(ratio, 2)
-        record = {"table": n.table, "row": n.row, "quantity": n.quantity, "printed": n.printed, "as_printed": old}
+        record = {"table": n.table, "row": n.row, "quantity": n.quantity, "printed": n.theirs, "as_printed": old}
         record |= {"best": n.ours, "ratio": ratio}
-        cells = (f"{TABLE_NAMES[n.table]}, {row_label(n)}", n.quantity, f"{n.printed:g}", theirs, mine, share)
+        cells = (f"{TABLE_NAMES[n.table]}, {row_label(n)}", n.quantity, f"{n.theirs:g}", theirs, mine, share)
         rows.append(Row(cells, record, tone_of(ratio)))
     return Section("beside", "The printed numbers in both readings", text, header, rows)
 
