@@ -6,15 +6,14 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from cellmech.causes import Cause
-from cellmech.figures.style import PAPER, provenance
-from cellmech.results.records import to_csv
+from cellmech import Cause
+from cellmech.figures import NONE, PAPER, Row, Section, plain, provenance, signal, significant, tone_of, verdict, yes
+from cellmech.results import to_csv
 from studies.paper.audit import MAXIMA, Audit, Tried
 from studies.paper.bounds import bounds, least_J2
 from studies.paper.choices import QUESTIONS, SUBJECTS, Subject
 from studies.paper.misfit import log_ratio
 from studies.paper.printed import RESTS, in_print
-from studies.paper.section import NONE, Row, Section, plain, signal, significant, tone_of, verdict, yes
 
 HOW = (
     "Ratios are (ours − q0)/(printed − q0), q0 the value at rest; ours are the largest values in the nucleus of "

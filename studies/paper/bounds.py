@@ -15,12 +15,11 @@ from typing import Any
 
 import numpy as np
 
-from cellmech.figures.style import QUANTITIES
+from cellmech.figures import QUANTITIES, Row, Section, plain, signal, significant, verdict, yes
 from studies.paper.numbers import ROWS
 from studies.paper.ours import Ours, Slot
 from studies.paper.places import TABLE_NAMES
 from studies.paper.printed import Paper, PrintedRow, half_digit, in_print
-from studies.paper.section import Row, Section, plain, signal, significant, verdict, yes
 
 Maxima = Mapping[str, float]
 """sigma [Pa], J1, J2, J3: the largest in the nucleus; NaN where not known."""

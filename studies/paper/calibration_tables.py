@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from cellmech.results.records import to_csv
+from cellmech.figures import NONE, Row, Section, significant, tone_of
+from cellmech.results import to_csv
 from studies.paper.audit import CLOSE
 from studies.paper.calibration import COLLAPSING, DIGITS, LIMIT, LOAD, MAXIMA, SMEAR, TO_STRAINS, TOGETHER, Fit
 from studies.paper.printed import LAWS
-from studies.paper.section import NONE, Row, Section, significant, tone_of
 from studies.paper.study_files import study_text
 
 MADE = 'Written by "python -m studies.paper calibrate".'

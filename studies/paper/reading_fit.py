@@ -15,10 +15,10 @@ from functools import partial
 import numpy as np
 from scipy.optimize import least_squares
 
+from cellmech.figures import Row, Section, significant
 from studies.paper.misfit import Secants, one_sided
 from studies.paper.printed import TABLES
 from studies.paper.readings import EFFECTIVE, LIMITS, Reading, Score, misfits, named, within
-from studies.paper.section import Row, Section, significant
 
 STEP = 0.05  # of a finite difference, in ln
 ENOUGH = 5e-3  # relative change at which a fit ends

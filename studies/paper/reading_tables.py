@@ -7,10 +7,10 @@ import statistics
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from cellmech.figures import NONE, Row, Section, significant, tone_of
 from studies.paper.numbers import Number, row_label
 from studies.paper.places import MAXIMA, TABLE_NAMES
 from studies.paper.readings import LIMITS, RESOLVED, Score, misfits, within
-from studies.paper.section import NONE, Row, Section, significant, tone_of
 
 
 def reading_section(scores: Sequence[Score]) -> Section:

@@ -14,9 +14,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from cellmech.scene.files import read_scene
-from cellmech.scene.keys import put
-from cellmech.scene.scene import Scene
+from cellmech import Scene
+from cellmech.scene import put, read_scene
 from studies.paper.misfit import LOST, log_ratio
 from studies.paper.numbers import OUTLINES, Number, all_numbers, judged
 from studies.paper.ours import STUDIES, Ours, Slot, read_ours
@@ -149,12 +148,12 @@ class Score:
         same = 0
         for quantity in MAXIMA:
             rows = [n for n in self.of(("fig2",)) if n.quantity == quantity]
-            same += sorted(rows, key=lambda n: n.printed) == sorted(rows, key=_ours)
+            same += sorted(rows, key=lambda n: n.theirs) == sorted(rows, key=_ours)
         return same
 
     def shares_within(self, percent: float) -> int:
         """How many printed shares are met within so many of their per cents."""
-        return sum(abs(n.ours - n.printed) <= percent + n.half_digit for n in self.of(shares=True))
+        return sum(abs(n.ours - n.theirs) <= percent + n.uncertainty for n in self.of(shares=True))
 
 
 def _ours(number: Number) -> float:
@@ -173,7 +172,7 @@ def within(logs: Sequence[float]) -> list[int]:
 
 def rows_of(paper: Paper) -> dict[str, list[str]]:
     """Table -> names of the study's cases that the paper prints numbers of."""
-    from cellmech.scene.studies import load_study
+    from cellmech.scene import load_study
 
     studies = {table: load_study(STUDIES / f"{table}.toml").cases for table in TABLES}
     planned = Ours({table: tuple(Slot(c.name, c.scene, (), None) for c in cases) for table, cases in studies.items()})
@@ -187,14 +186,14 @@ def solve(reading: Reading, paper: Paper, out: Path, tables: Sequence[str] = TAB
     Raises:
         SystemExit: with the study's status, when it was stopped or refused.
     """
-    from cellmech.runs import study
+    from cellmech.runs import main
 
     for table, names in rows_of(paper).items():
         if table not in tables:
             continue
         chosen = [] if everything else [word for name in names for word in ("--only", name)]
         words = [str(STUDIES / f"{table}.toml"), "--out", str(out / reading.name / table), "--quiet", *chosen]
-        status = study.main([*words, "--set", *reading.overrides()])
+        status = main([*words, "--set", *reading.overrides()])
         if status not in (0, 1):  # that some cases have no solution is part of what a reading says
             raise SystemExit(status)
 

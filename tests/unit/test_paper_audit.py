@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from cellmech.errors import InputError
-from cellmech.figures.style import style
+from cellmech.figures.style import styled
 from cellmech.scene.studies import load_study
 from studies.paper.__main__ import main
 from studies.paper.audit import PAIRS, SINGLES, Audit, Tried, read_audit
@@ -225,7 +225,7 @@ def test_picture_shows_a_dot_for_every_solved_run(tmp_path: Path) -> None:
     write(tmp_path, SINGLES, grown({}), S2_load_5="turns inside out")
     write(tmp_path, PAIRS, grown({}))
     audit = read(tmp_path)
-    with style():
+    with styled():
         figure = draw_audit(audit)
     panels = figure.axes
     dots = [

@@ -183,10 +183,10 @@ def test_end_state_that_fails_closes_its_files(monkeypatch: pytest.MonkeyPatch) 
         closed.append(folder)
         close(folder)
 
-    def solve(*arguments: object) -> None:
+    def solve(*arguments: object, **more: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("cellmech.runs.case.solve_case", solve)
+    monkeypatch.setattr("cellmech.runs.library.solve_case", solve)
     monkeypatch.setattr(CaseFolder, "close", noted)
     with pytest.raises(OSError, match="No space left"):
         calibration.end_state({"mesh.size_um": 8.0})

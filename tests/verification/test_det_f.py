@@ -16,7 +16,7 @@ from cellmech.solver.newton import Solver
 from cellmech.solver.schedule import Schedule
 from cellmech.solver.simulation import Run
 from cellmech.solver.state import State
-from cellmech.solver.stepping import History
+from cellmech.solver.time_steps import History
 
 YOUNG = 10.0
 
