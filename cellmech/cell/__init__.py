@@ -14,7 +14,7 @@ if TYPE_CHECKING:  # what type checkers see of the names below
     from cellmech.cell.lattice import lattice
     from cellmech.cell.layering import mesh_plan
     from cellmech.cell.observables import Observer
-        from cellmech.cell.setup import Setup
+    from cellmech.cell.setup import Setup
 
 _HOMES = {
     "Additions": "additions",
