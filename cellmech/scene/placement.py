@@ -168,6 +168,13 @@ def _touches(scene: Inputs, place: Place) -> tuple[tuple[float, Touch], ...]:
     return _touches_of(scene.radius_um, place, scene.mirrors, standing(scene), scene.flat)
 
 
+def _round(place: Place, radius: float) -> Pillar | RoundPillar:
+    """The cell with its centre at the level 0."""
+    if len(place) == 1:
+        return Pillar(place[0], 0.0, radius, radius, 2.0)
+    return RoundPillar(place[0], 0.0, place[1], radius, radius, 2.0)
+
+
 @lru_cache(maxsize=256)  # the cases of a sweep mostly share one geometry
 def _touches_of(
     radius: float, place: Place, mirrors: str, stands: tuple[Standing, ...], flat: Flat | None
@@ -175,14 +182,13 @@ def _touches_of(
     """(level of the centre at touch [µm], touch) for every obstacle below the cell's width."""
     found = []
     for stand in stands:
-        arch = stand.arch
-        if len(place) == 1:
-            cell: Pillar | RoundPillar = Pillar(place[0], 0.0, radius, radius, 2.0)
-            met: tuple[float, ...] | None = touch_of(cell, arch)
+        arch, cell = stand.arch, _round(place, radius)
+        met: tuple[float, ...] | None
+        if isinstance(cell, Pillar) and isinstance(arch, Pillar):
+            met = touch_of(cell, arch)
         else:
-            cell = RoundPillar(place[0], 0.0, place[1], radius, radius, 2.0)
             met = touch_in_space(cell, arch)
-        if met is None or any(at < 0.0 for at, _ in zip(met, mirrors)):
+        if met is None or any(at < 0.0 for at, _ in zip(met, mirrors, strict=False)):
             continue
         *at, distance = met
         z = at[-1]

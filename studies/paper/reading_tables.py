@@ -46,9 +46,9 @@ def beside_section(first: Score, best: Score) -> Section:
         ratio = n.score
         mine, theirs = (NONE if math.isnan(value) else f"{value:.4g}" for value in (n.ours, old))
         share = NONE if math.isnan(ratio) else significant(ratio, 2)
-        record = {"table": n.table, "row": n.row, "quantity": n.quantity, "printed": n.printed, "as_printed": old}
+        record = {"table": n.table, "row": n.row, "quantity": n.quantity, "printed": n.theirs, "as_printed": old}
         record |= {"best": n.ours, "ratio": ratio}
-        cells = (f"{TABLE_NAMES[n.table]}, {row_label(n)}", n.quantity, f"{n.printed:g}", theirs, mine, share)
+        cells = (f"{TABLE_NAMES[n.table]}, {row_label(n)}", n.quantity, f"{n.theirs:g}", theirs, mine, share)
         rows.append(Row(cells, record, tone_of(ratio)))
     return Section("beside", "The printed numbers in both readings", text, header, rows)
 
