@@ -50,7 +50,7 @@ class Cell(Table):
     geometry: Annotated[Literal["plane", "axisymmetric", "3d"], Choice()] = "plane"
     """A cylinder on ridges as the paper's (plane strain), a ball on a round pillar, rings or a flat, or a ball."""
     shape: Annotated[Literal["quarter", "half", "full"], Choice()] = "half"
-    """Model half a cell and its mirror image at x = 0, or the full cell, or in 3-D a quarter, mirrored at x = 0 and z = 0.
+    """Model half a cell and its mirror image at x = 0, the full cell, or in 3-D a quarter, mirrored at x = 0 and z = 0.
     What is not written is in 3-D the smallest of them that has the symmetry of the obstacles."""
     gap_um: Position = 0.0
     """Vertical travel to first touch; without inertia the cell is moved there before it is solved."""

@@ -184,10 +184,11 @@ def _touches_of(
     for stand in stands:
         arch, cell = stand.arch, _round(place, radius)
         met: tuple[float, ...] | None
-        if isinstance(cell, Pillar) and isinstance(arch, Pillar):
-            met = touch_of(cell, arch)
-        else:
+        if isinstance(cell, RoundPillar):
             met = touch_in_space(cell, arch)
+        else:
+            assert isinstance(arch, Pillar)  # what stands in a plane is endless
+            met = touch_of(cell, arch)
         if met is None or any(at < 0.0 for at, _ in zip(met, mirrors, strict=False)):
             continue
         *at, distance = met

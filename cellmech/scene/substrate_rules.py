@@ -1,4 +1,4 @@
-"""Rules of what the cell stands on: nothing overlaps, or eq. 27 would count a force twice, and mirrors find symmetry."""
+"""Rules of what the cell stands on: nothing overlaps, as eq. 27 would count a force twice; mirrors find symmetry."""
 
 from __future__ import annotations
 
