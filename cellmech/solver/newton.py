@@ -161,7 +161,7 @@ class Solver:
     def _tangent(self, snes: PETSc.SNES, x: PETSc.Vec, operator: PETSc.Mat, P: PETSc.Mat) -> None:
         """Assemble the tangent, or leave the last one, and with it its factorisation, while it still serves."""
         norm = snes.getFunctionNorm()
-        self._linear.aim(self._atol / norm)
+        self._linear.aim(self._atol / norm if norm else 1.0)
         serves = self._thrifty and (snes.getIterationNumber() == 0 or norm < KEEP_RATE * self._norm)
         self._norm = norm
         if serves and self._keep:

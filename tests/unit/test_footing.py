@@ -102,7 +102,7 @@ def test_depth_on_a_narrow_pillar_is_the_converged_one():
 
 def test_contact_that_the_mesh_has_missed_is_told_of(monkeypatch):
     """In the log, in the result, in the table."""
-    monkeypatch.setattr("cellmech.cell.setup.follow", lambda spec, *others: spec)
+    monkeypatch.setattr("cellmech.cell.meshing.follow", lambda spec, *others: spec)
     result = cellmech.solve(scene_of(title="missed", pillar=[narrow(0.25)]))
     text = result.result["model"]["warnings"]["contact mesh"]
     assert text.startswith("the mesh is too coarse for 1 of 1 contacts: 0.")

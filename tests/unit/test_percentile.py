@@ -15,7 +15,7 @@ def percentile(mises, area, ranks=1):
     for rank in range(ranks):
         values = np.zeros((1, len(mises[rank::ranks]), N + 1))
         values[..., 0] = mises[rank::ranks]
-        samples = SimpleNamespace(values=values, area=area[rank::ranks][None])
+        samples = SimpleNamespace(values=values, size=area[rank::ranks][None])
         points = np.arange(values.shape[1])
         rows.append(Region(samples, None, points, points).largest_mises(ABOVE_P99 * area.sum()))
     return exceeded_on(ABOVE_P99 * area.sum(), rows), sum(row.shape[1] for row in rows)

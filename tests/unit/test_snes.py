@@ -129,8 +129,7 @@ def test_every_factorisation_has_the_options_of_the_solver(tables):
     run = run_of(tables)
     run.run(lambda step: None)
     solver = run.solver
-    pc = solver._direct if run.modes is None else solver._bordered.inner
-    assert pc.getFactorMatrix().getMumpsIcntl(14) == newton.OPTIONS["mat_mumps_icntl_14"]
+    assert solver._linear.pc.getFactorMatrix().getMumpsIcntl(14) == newton.OPTIONS["mat_mumps_icntl_14"]
     run.close()
 
 
@@ -153,8 +152,8 @@ def test_tangent_that_cannot_be_factorised_is_told_from_a_lack_of_memory(code, l
     body, state = pulled_block()
     solver = Solver(body, state, PULL)
     factor = SimpleNamespace(getMumpsInfog=lambda number: code, getMumpsIcntl=lambda number: limit)
-    monkeypatch.setattr(solver, "_direct", SimpleNamespace(getFactorMatrix=lambda: factor))
-    assert solver._factor_fault().cause is cause
+    monkeypatch.setattr(solver._linear, "pc", SimpleNamespace(getFactorMatrix=lambda: factor))
+    assert solver._linear.fault().cause is cause
 
 
 # Rigid modes
