@@ -19,9 +19,10 @@ from typing import NamedTuple
 from cellmech.mechanics.obstacles import Pillar
 from cellmech.mesh.disc import DiscSpec, Footprint
 from cellmech.mesh.disc_script import resolves
-from cellmech.scene.placement import standing, touch_of
 from cellmech.scene.rules import FINEST_CONTACT
 from cellmech.scene.scene import Scene
+from cellmech.scene.substrate import standing
+from cellmech.scene.touch import touch_of
 
 LEAST, BISECTIONS, POINTS = 1e-7, 15, 24  # of the radius; of the half-width's logarithm; of the integrals over it
 BEARS = (0.5, 1.2)  # of the share of the load that an obstacle is expected to bear
@@ -117,7 +118,7 @@ def feet(scene: Scene, load: float, pressure: Callable[[float], float]) -> tuple
     radius, x0, turned = scene.radius_um, scene.cell.centre_x_um, scene.cell.geometry == "axisymmetric"
     half = scene.cell.shape == "half"
     cell = Pillar(x0, 0.0, radius, radius, 2.0)
-    arches: list[Pillar | None] = [stand.arch for stand in standing(half, scene.pillar)]
+    arches: list[Pillar | None] = [arch for stand in standing(scene) if isinstance(arch := stand.arch, Pillar)]
     if scene.flat is not None:
         arches.append(None)
     touches = []

@@ -31,8 +31,9 @@ from cellmech.mechanics.materials import Material
 from cellmech.mechanics.obstacles import Flat, Obstacle, Pillar
 from cellmech.mesh.disc import DiscSpec
 from cellmech.scene.parts import LAYER_NAMES, LayerName
-from cellmech.scene.placement import STEEP, Placement, placement, rest_beside, slope_at, standing
+from cellmech.scene.placement import STEEP, Placement, placement, rest_beside, slope_at
 from cellmech.scene.scene import Scene
+from cellmech.scene.substrate import facing
 from cellmech.solver.rigid_modes import rigid_modes
 from cellmech.solver.schedule import LOAD_STEPS, SMALL, Schedule
 from cellmech.solver.simulation import Run
@@ -101,10 +102,8 @@ def smeared_weights(scene: Scene, domain: Domain, centre: tuple[float, float]) -
 
 
 def obstacles_of(scene: Scene) -> dict[str, Obstacle]:
-    """The scene's obstacles by label; a half cell's pillars are mirrored at x = 0, unless they are turned about it."""
-    found: dict[str, Obstacle] = {}
-    for stand in standing(scene.copies == 2, scene.pillar):
-        found[f"pillar {stand.pillar}" + (" mirrored" if stand.mirrored else "")] = stand.arch
+    """The scene's obstacles by label, mirror images included where the modelled part of the cell may meet them."""
+    found: dict[str, Obstacle] = {stand.label: stand.arch for stand in facing(scene)}
     if scene.flat is not None:
         found["flat"] = Flat(scene.flat.y_um)
     return found
@@ -137,7 +136,8 @@ class Setup:
         self.kinematics = GEOMETRIES[scene.cell.geometry]
         self.place: Placement = placement(scene)
         self.lift_um = scene.cell.gap_um if self.place.touch and not scene.cell.inertia else 0.0
-        self.centre = (self.place.centre_x_um, self.place.centre_y_um - self.lift_um)
+        x, y = self.place.centre[:2]
+        self.centre = (x, y - self.lift_um)
         self.interfaces = plan.interfaces(scene)
         density = scene.cell.density_kg_m3 - scene.cell.medium_density_kg_m3
         self.force_density = density * KG_M3 * scene.load.gravity_m_s2 * M_S2 * scene.load.factor
@@ -152,7 +152,7 @@ class Setup:
             contact_size_um=scene.mesh.contact_size_um,
             order=min(scene.mesh.order, 2),
             thin_layers=scene.mesh.thin_layers,
-            touch=tuple((t.x_um, t.y_um) for t in self.place.touch),
+            touch=tuple((touch.at[0], touch.at[1]) for touch in self.place.touch),
             contact_zone_um=self._contact_zone_um(),
             grading=plan.grading,
         )
@@ -248,7 +248,7 @@ class Setup:
     @property
     def free_sideways(self) -> bool:
         """Whether nothing tells left from right: a symmetric scene, a flat alone in reach, a hardly sloping top."""
-        hardly = 0.0 < abs(slope_at(self.place.touch)) <= STEEP
+        hardly = 0.0 < abs(slope_at(self.scene, self.place.touch)) <= STEEP
         return hardly or self.mirror_symmetric or all(isinstance(o, Flat) for o in self.body.obstacles)
 
     @property
@@ -262,13 +262,13 @@ class Setup:
             return
         if self.weight < 0:
             raise SolveError("floats: the medium is denser than the cell, no equilibrium without inertia")
-        slope = slope_at(self.place.touch)
-        if not self.half and abs(slope) > STEEP:
+        slope = slope_at(self.scene, self.place.touch)
+        if abs(slope) > STEEP:
             touch, way = self.place.touch[0], rest_beside(self.scene)
-            text = f"slides: no equilibrium; the only touch is on a slope (x = {touch.x_um:.4g} um, normal tilted by "
+            text = f"slides: no equilibrium; the only touch is on a slope (x = {touch.at[0]:.4g} um, normal tilted by "
             text += f"{math.degrees(math.asin(slope)):.3g} degrees) and contact is frictionless"
             if way is not None:
-                text += f"; it would rest at cell.centre_x_um = {self.place.centre_x_um + way:.6g}"
+                text += f"; it would rest at cell.centre_x_um = {self.place.centre[0] + way:.6g}"
             raise SolveError(text)
 
     def layout(self) -> Layout:

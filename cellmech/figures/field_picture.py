@@ -61,7 +61,7 @@ def read_state(result: Result, t_s: float, file: Path, quantity: str, magnify: f
     points, moves = np.asarray(grid.points)[:, :2], np.asarray(grid.point_data["displacement_um"])[:, :2]
     lowest = np.argmin(points[:, 1])
     pivot, bottom = moves[lowest], points[lowest, 1]
-    centre = np.array([placement(result.scene).centre_x_um, bottom + result.scene.radius_um]) + pivot
+    centre = np.array([placement(result.scene).centre[0], bottom + result.scene.radius_um]) + pivot
     points, values = points + pivot + magnify * (moves - pivot), np.asarray(grid.point_data[quantity])
     triangles = _flat(grid)
     if result.scene.cell.shape == "half":

@@ -13,8 +13,9 @@ from matplotlib.patches import Patch, Rectangle, Wedge
 from cellmech.figures.style import LAYER_COLOURS, SMALL, SUBSTRATE, TINY
 from cellmech.figures.substrate import outline_of
 from cellmech.scene.parts import LAYER_NAMES, LayerName, Pillar
-from cellmech.scene.placement import placement, standing
+from cellmech.scene.placement import placement
 from cellmech.scene.scene import Scene
+from cellmech.scene.substrate import pillar_of, standing
 
 ARROW: dict[str, Any] = dict(arrowstyle="<|-|>", color="black", lw=1.1, shrinkA=0, shrinkB=0, mutation_scale=11)
 LABEL: dict[str, Any] = dict(boxstyle="round,pad=0.15", fc="white", ec="none", alpha=0.85)
@@ -25,8 +26,8 @@ def draw_geometry(scene: Scene) -> Figure:
     """Draw a scene's cell, layers, pillars and flat at the start."""
     figure = Figure(figsize=(12.0, 8.4))
     main = figure.add_axes((0.065, 0.08, 0.53, 0.83), anchor="W")
-    place = placement(scene)
-    centre = (place.centre_x_um, place.centre_y_um)
+    x, y, *_ = placement(scene).centre
+    centre = (x, y)
     _draw_cell(main, scene, centre)
     view = _view(scene, centre)
     _draw_substrate(main, scene, view)
@@ -65,17 +66,16 @@ def _mixed(colour: str, opacity: float) -> tuple[float, ...]:
 def _view(scene: Scene, centre: tuple[float, float]) -> tuple[float, float, float, float]:
     """x and y limits [µm]: the cell, and the substrate beside and below it."""
     r = scene.radius_um
-    bottoms = [scene.flat.y_um] if scene.flat is not None else [p.y_um for p in scene.pillar] or [centre[1] - r]
-    sides = [
-        abs(s.arch.x_um - centre[0]) + s.arch.half_width_um for s in standing(scene.cell.shape == "half", scene.pillar)
-    ]
+    arches = [stand.arch for stand in standing(scene)]
+    bottoms = [scene.flat.y_um] if scene.flat is not None else [arch.y_um for arch in arches] or [centre[1] - r]
+    sides = [abs(arch.x_um - centre[0]) + arch.half_width_um for arch in arches]
     half = min(max([1.35 * r, *(side + 0.35 * r for side in sides)]), 4 * r)
     low = max(min(bottoms), centre[1] - 6 * r) - 0.25 * r
     return centre[0] - half, centre[0] + half, low, centre[1] + 1.12 * r
 
 
 def _draw_substrate(axes: Axes, scene: Scene, view: tuple[float, float, float, float]) -> None:
-    for one in standing(scene.cell.shape == "half", scene.pillar):
+    for one in standing(scene):
         axes.fill(*outline_of(one.arch).T, fc=SUBSTRATE, ec="#6d6d6d", lw=1.2, zorder=1)
     if scene.flat is not None:
         low = view[2] - 1.0
@@ -118,6 +118,8 @@ def _substrate_sizes(axes: Axes, scene: Scene, view: tuple[float, float, float, 
     """Sizes of the first pillar, y_flat, the gap."""
     if scene.pillar:
         _pillar_sizes(axes, scene.pillar[0])
+    elif scene.array is not None:
+        _pillar_sizes(axes, pillar_of(scene.array))
     if scene.flat is not None:
         _say(axes, f"$y_{{flat}}$ = {_length(scene.flat.y_um)}", (view[0], scene.flat.y_um), (6, -4), va="top")
     if scene.cell.gap_um:

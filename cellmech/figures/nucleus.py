@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from cellmech.results.result import Result
-from cellmech.scene.placement import placement, standing
+from cellmech.scene.placement import placement
+from cellmech.scene.substrate import standing
 
 OUTLINES = (  # what a shape index may be taken of: key, name, its value for a circle
     ("full", "full outline", 1.0),
@@ -34,10 +35,9 @@ def nucleus_lines(case: Result, paper: Mapping[str, Any]) -> list[str]:
 
 def start_um(case: Result) -> float:
     """The lamina's distance from the pillar below it before the load acts [µm]; NaN without one."""
-    scene, place = case.scene, placement(case.scene)
-    arches = [stand.arch for stand in standing(scene.cell.shape == "half", scene.pillar)]
-    tops = [top for arch in arches if (top := arch.top(place.centre_x_um)) is not None]
-    return place.centre_y_um - scene.nucleus_radius_um - max(tops) if tops else math.nan
+    x, y, *z = placement(case.scene).centre
+    tops = [top for stand in standing(case.scene) if (top := stand.arch.top(x, *z)) is not None]
+    return y - case.scene.nucleus_radius_um - max(tops) if tops else math.nan
 
 
 def _shown(value: float, form: str) -> str:

@@ -57,7 +57,7 @@ def read_pose(case: Result) -> Pose:
     shape = read_shape(path, case.scene.cell.shape == "half")
     corners, moves = shape.reference.reshape(-1, 2), shape.displacement.reshape(-1, 2)
     lowest = int(np.argmin(corners[:, 1]))
-    centre = np.array([placement(case.scene).centre_x_um, corners[lowest, 1] + case.scene.radius_um])
+    centre = np.array([placement(case.scene).centre[0], corners[lowest, 1] + case.scene.radius_um])
     return Pose(case, t_s, shape, centre, moves[lowest])
 
 

@@ -4,22 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 
-from cellmech.mechanics.obstacles import Pillar
-from cellmech.scene.placement import standing
 from cellmech.scene.scene import Scene
+from cellmech.scene.substrate import Upright, standing
 
 POINTS = 721
 
 
-def outline_of(pillar: Pillar) -> np.ndarray:
-    """The closed outline of a pillar [µm], shape (n, 2)."""
-    return np.array(pillar.outline(POINTS))
+def outline_of(pillar: Upright) -> np.ndarray:
+    """The closed outline of a pillar at z = 0 [µm], shape (n, 2), n = 0 where it does not reach there."""
+    return np.array(pillar.outline(POINTS) or ()).reshape(-1, 2)
 
 
 def surface_at(scene: Scene, x: np.ndarray) -> np.ndarray:
     """Height of the substrate's upper surface at x [µm]; -inf where there is none."""
     heights = np.full(len(x), -np.inf if scene.flat is None else scene.flat.y_um)
-    for one in standing(scene.cell.shape == "half", scene.pillar):
+    for one in standing(scene):
         tops = [one.arch.top(at) for at in x.tolist()]
         heights = np.maximum(heights, [-np.inf if top is None else top for top in tops])
     return heights
@@ -28,7 +27,7 @@ def surface_at(scene: Scene, x: np.ndarray) -> np.ndarray:
 def polygons(scene: Scene, view: tuple[float, float, float, float]) -> list[np.ndarray]:
     """Triangles that fill pillars and flat inside a view [µm], shape (n, 3, 2) each."""
     found = []
-    for one in standing(scene.cell.shape == "half", scene.pillar):
+    for one in standing(scene):
         rim = outline_of(one.arch)
         middle = np.broadcast_to([one.arch.x_um, one.arch.y_um], rim[1:].shape)
         found.append(np.stack([middle, rim[:-1], rim[1:]], axis=1))

@@ -3,6 +3,7 @@
 Sign convention, stated once: a level set l is positive inside the obstacle, the depth d = l/|grad l| [µm] is
 positive where the cell has penetrated, and n = -grad l/|grad l| points out of the obstacle.
 A point is a vector of coordinates: symbols (UFL), numbers, or arrays of them, `x[k]` the k-th coordinate of all points.
+It has two coordinates or three, of which y = x[1] is up: what is here is endless along z (`pillars` has what is not).
 To add an obstacle: a frozen dataclass with `level_set`, `gradient` and `length_um`, in plain arithmetic that serves all
 of these; the built-in shapes have their tops and outlines, too.
 """
@@ -33,8 +34,8 @@ class Obstacle(Protocol):
 class Pillar:
     """A micropillar, l = 1 - |(x - x_mp)/w|^e - |(y - y_mp)/h|^e [-] (eq. 26; w is the half-width).
 
-    Its upper half is an arch, whose height is `rise`. A disc is one too, of exponent 2. Turned about x = 0 it is round, or
-    a ring where x_mp > 0.
+    Its upper half is an arch, whose height is `rise`. A disc is one too, of exponent 2. Turned about x = 0 it is round,
+    or a ring where x_mp > 0; in 3-D it is a ridge.
     """
 
     x_um: float
@@ -65,6 +66,7 @@ class Pillar:
         return (
             -e / self.half_width_um * xi * self._power(xi, e - 2),
             -e / self.height_um * eta * self._power(eta, e - 2),
+            *_zeros(x),
         )
 
     def rise(self, x: float) -> float:
@@ -86,11 +88,15 @@ class Pillar:
         # 1 - xi^p without the cancellation near the end, where a sharp pillar is steepest
         return -math.expm1(self.exponent * math.log(xi)) if xi > 0.0 else 1.0
 
-    def top(self, x: float) -> float | None:
+    def across(self, z: float) -> Pillar:
+        """Its section by a plane z = const."""
+        return self
+
+    def top(self, x: float, z: float = 0.0) -> float | None:
         """Level of its surface at x [µm]; None where there is none."""
         return self.y_um + self.rise(x) if abs(x - self.x_um) < self.half_width_um else None
 
-    def outline(self, points: int) -> list[tuple[float, float]]:
+    def outline(self, points: int, z: float = 0.0) -> list[tuple[float, float]]:
         """Points of its closed outline [µm], spaced evenly enough at round corners and sharp ones."""
         power, found = 2.0 / self.exponent, []
         for k in range(points):
@@ -120,11 +126,16 @@ class Flat:
 
     def gradient(self, x: Any) -> tuple[Any, ...]:
         """Of the level set [-]."""
-        return 0 * x[0], -1 + 0 * x[1]
+        return 0 * x[0], -1 + 0 * x[1], *_zeros(x)
 
-    def top(self, x: float) -> float | None:
+    def top(self, x: float, z: float = 0.0) -> float | None:
         """Its level [µm]."""
         return self.y_um
+
+
+def _zeros(x: Any) -> list[Any]:
+    """Derivatives by the coordinates beyond the second, along which nothing changes."""
+    return [0 * x[k] for k in range(2, len(x))]
 
 
 def depth_and_normal(

@@ -14,6 +14,7 @@ from cellmech.mechanics.laws import Constant
 from cellmech.mechanics.moduli import lame
 from cellmech.scene.parts import (
     LAYER_NAMES,
+    Array,
     Cell,
     Contact,
     Flat,
@@ -51,6 +52,8 @@ class Inputs(Table):
     layer: Layers = Layers()
     pillar: tuple[Pillar, ...] = (Pillar(),)
     """One table a pillar, Table 1's if there is none; `pillar = []` for no pillar. A half cell mirrors them."""
+    array: Array | None = None
+    """A lattice of pillars in the place of Table 1's, and beside those of [[pillar]]."""
     flat: Annotated[Flat | None, BeforeValidator(_flat)] = Flat()
     """The flat substrate; `flat = false` for none."""
     load: Load = Load()
@@ -118,9 +121,19 @@ class Inputs(Table):
         return self.layer_of(inside[0]).outer_radius_um if inside else 0.0
 
     @property
+    def mirrors(self) -> str:
+        """The coordinates whose planes through 0 mirror what is modelled: none, x, or x and z."""
+        return {"full": "", "half": "x", "quarter": "xz"}[self.cell.shape]
+
+    @property
     def copies(self) -> int:
         """How many of what is modelled make the whole cell; a half disc turned about its axis is all of it."""
-        return 2 if self.cell.shape == "half" and self.cell.geometry == "plane" else 1
+        return 1 if self.cell.geometry == "axisymmetric" else int(2 ** len(self.mirrors))
+
+    @property
+    def centre_um(self) -> tuple[float, ...]:
+        """Where the centre is put across the vertical [µm]: x, in 3-D x and z."""
+        return (self.cell.centre_x_um, self.cell.centre_z_um)[: 2 if self.cell.geometry == "3d" else 1]
 
     @property
     def radius_um(self) -> float:

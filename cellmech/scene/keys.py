@@ -109,7 +109,8 @@ def _check_table(value: object, tree: Mapping[str, Any], key: str, where: str) -
 def put(data: dict[str, Any], key: str, value: object, where: str) -> None:
     """Set a dotted key in the data of a file whose tables are sound (`check_tables`).
 
-    Pillars are counted from 0; a file that names none has Table 1's. Setting flat.y_um brings a flat back.
+    Pillars are counted from 0; a file that names none has Table 1's, or none beside an array. Setting flat.y_um
+    brings a flat back.
 
     Raises:
         InputError: for an unknown key, a pillar that is not there, a plain value in place of a table.
@@ -129,7 +130,7 @@ def put(data: dict[str, Any], key: str, value: object, where: str) -> None:
 
 
 def _pillar(data: dict[str, Any], index: str, where: str, key: str) -> dict[str, Any]:
-    pillars = data.setdefault("pillar", [{}])
+    pillars = data.setdefault("pillar", [] if "array" in data else [{}])
     if len(index) > 9 or int(index) >= len(pillars):
         number = "are no pillars" if not pillars else f"is no pillar {index[:9]}, only 0 to {len(pillars) - 1}"
         raise InputError(where, cut(key), f"there {number}", None, "Write [[pillar]] to add one.")

@@ -6,12 +6,12 @@ keys together are in `scene_rules`.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias, get_args
+from typing import TYPE_CHECKING, Annotated, Literal, Self, TypeAlias, get_args
 
 from pydantic import BaseModel, ConfigDict, model_validator
 
 from cellmech.mechanics.laws import LAWS
-from cellmech.scene.value_types import Choice, Constants, Flag, Number, Whole
+from cellmech.scene.value_types import Choice, Constants, Flag, Number, Pair, Whole
 
 if TYPE_CHECKING:
     Law: TypeAlias = str
@@ -31,6 +31,8 @@ Density = Annotated[float, Number("kg/m3", least=0, most=1e6)]
 Modulus = Annotated[float, Number("Pa", above=0, most=1e12)]
 Viscosity = Annotated[float, Number("Pa s", least=0, most=1e15)]
 Fraction = Annotated[float, Number("(no unit)", least=0, most=1)]
+Exponent = Annotated[float, Number("(no unit)", least=2, most=50)]
+Profile = Annotated[Literal["round", "square", "ridge"], Choice()]
 Poisson = Annotated[
     float, Number(above=-1, most=0.4999, note="it must be < 0.5: the laws have no incompressible limit here")
 ]
@@ -45,14 +47,17 @@ class Table(BaseModel):
 class Cell(Table):
     """The cell as a whole: position, density, law, fluid phase."""
 
-    geometry: Annotated[Literal["plane", "axisymmetric"], Choice()] = "plane"
-    """A cylinder on endless ridges as the paper's (plane strain), or a ball on a round pillar, rings or a flat."""
-    shape: Annotated[Literal["half", "full"], Choice()] = "half"
-    """Model half a cell and its mirror image at x = 0, or the full cell."""
+    geometry: Annotated[Literal["plane", "axisymmetric", "3d"], Choice()] = "plane"
+    """A cylinder on endless ridges (plane strain, the paper's), a ball on what is round about x = 0, or on anything."""
+    shape: Annotated[Literal["half", "full", "quarter"], Choice()] = "half"
+    """Half a cell, mirrored at x = 0, or all of it, or in 3-D a quarter, mirrored at z = 0, too: there the least
+    that keeps the scene the same, if left out."""
     gap_um: Position = 0.0
     """Vertical travel to first touch; without inertia the cell is moved there before it is solved."""
     centre_x_um: Position = 0.0
     """Where a full cell's centre lies along x."""
+    centre_z_um: Position = 0.0
+    """3-D: where the centre of a full or half cell lies along z."""
     density_kg_m3: Density = 1000.0
     """Of the cell."""
     medium_density_kg_m3: Density = 0.0
@@ -150,12 +155,48 @@ class Pillar(Table):
     """Middle of the pillar."""
     y_um: Position = -10.0
     """Foot of the pillar."""
+    z_um: Position = 0.0
+    """3-D: middle of the pillar along z."""
     half_width_um: Length = 10.0
     """Half of its width at the foot."""
+    width_um: Length | None = None
+    """Its width at the foot, instead of half of it."""
     height_um: Length = 9.5
     """From foot to top."""
-    exponent: Annotated[float, Number("(no unit)", least=2, most=50)] = 4.0
+    exponent: Exponent = 4.0
     """How square it is: 2 is an ellipse, 4 the paper's, 20 nearly a box with sharp edges."""
+    profile: Profile | None = None
+    """3-D: its outline from above, round if left out; a ridge is endless along z, as all are in the plane."""
+
+    @model_validator(mode="after")
+    def _half_of_the_width(self) -> Self:
+        if self.width_um is not None and "half_width_um" not in self.model_fields_set:  # a rule refuses both
+            object.__setattr__(self, "half_width_um", self.width_um / 2)
+            object.__setattr__(self, "width_um", None)
+        return self
+
+
+class Array(Table):
+    """A lattice of equal pillars below the cell, in the place of Table 1's; in the plane a row of ridges."""
+
+    lattice: Annotated[Literal["square", "hexagonal"], Choice()] = "square"
+    """How they stand in 3-D: in columns along x and z, or each row half a pitch beside the next."""
+    pitch_um: Length = 10.0
+    """From middle to middle, along x."""
+    profile: Profile | None = None
+    """3-D: outline from above, round if left out; ridges stand in a row along x."""
+    width_um: Length = 5.0
+    """Width of each at the foot."""
+    height_um: Length = 9.5
+    """From foot to top."""
+    exponent: Exponent = 4.0
+    """How square they are, as a pillar's."""
+    y_um: Position = -10.0
+    """Foot of the pillars."""
+    count: Annotated[int | Literal["fill"], Whole(1, 30, ("fill",))] = "fill"
+    """How many along a side (in every other row of a hexagonal one less), or all that the cell might come to touch."""
+    offset_um: Annotated[tuple[float, float], Pair(Number("µm", least=-LARGEST_UM, most=LARGEST_UM))] = (0.0, 0.0)
+    """Place of the cell's centre beside a pillar's middle, along x and z: half the pitch twice is between four."""
 
 
 class Flat(Table):

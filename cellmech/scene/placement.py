@@ -1,25 +1,26 @@
 """Where the cell starts: lowered vertically until it first touches, then lifted by the gap.
 
-A cell that nothing but contact holds, and that touches on a slope beside a second obstacle, slides a little down to
-where it touches both: there it starts, since its equilibrium is near there and not where it was put.
-
-Disc and pillars are superellipses |x/w|^p + |y/h|^p <= 1. At each x the distance of two centres at which the shapes
-just touch is the sum of their half heights there. Both are concave, so the sum has one maximum, which bisection on
-its slope finds to the last digit: the sum at that x is the vertical distance of first touch.
+In a plane a cell that nothing but contact holds, and that touches on a slope beside a second obstacle, slides a little
+down to where it touches both: there it starts, since its equilibrium is near there and not where it was put.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+import math
+from collections.abc import Iterable
 from functools import lru_cache
-from typing import Literal, NamedTuple
+from itertools import combinations, pairwise
+from typing import NamedTuple
 
-from cellmech.mechanics import obstacles
+from cellmech.mechanics.obstacles import Pillar
+from cellmech.mechanics.pillars import RoundPillar
 from cellmech.scene.inputs import Inputs
-from cellmech.scene.limits import below
-from cellmech.scene.parts import Flat, Pillar
+from cellmech.scene.parts import Flat
+from cellmech.scene.substrate import Standing, Upright, standing
+from cellmech.scene.touch import meet
 
-Obstacle = int | Literal["flat"]
+Obstacle = int | str  # a pillar by its index, one of the array by its name, "flat"
+Place = tuple[float, ...]  # across the vertical [µm]: x, in 3-D x and z
 
 # Two obstacles count as touched together when their first touches differ by less than this share of the radius.
 TIE = 1e-9
@@ -30,12 +31,11 @@ LOOKS = 200  # at the substrate along a radius: each obstacle's level is as smoo
 
 
 class Touch(NamedTuple):
-    """A point of first touch [µm] on the substrate, and the outward unit normal of the substrate there."""
+    """A point of first touch on the substrate [µm], and the outward unit normal of the substrate there; x, y and z."""
 
-    x_um: float
-    y_um: float
+    at: tuple[float, ...]
     obstacle: Obstacle
-    normal: tuple[float, float]
+    normal: tuple[float, ...]
 
 
 class Placement(NamedTuple):
@@ -44,8 +44,7 @@ class Placement(NamedTuple):
     `slide_um` is how far it has been moved along x to where it rests.
     """
 
-    centre_x_um: float
-    centre_y_um: float
+    centre: tuple[float, ...]
     touch: tuple[Touch, ...]
     slide_um: float = 0.0
 
@@ -57,81 +56,80 @@ class Overlap(NamedTuple):
     depth_um: float
 
 
-class Standing(NamedTuple):
-    """A pillar of the scene, by its index, or that pillar's mirror image."""
-
-    pillar: int
-    mirrored: bool
-    arch: obstacles.Pillar
-
-
-def touch_of(a: obstacles.Pillar, b: obstacles.Pillar) -> tuple[float, float] | None:
-    """The x [µm] where two shapes meet vertically and the distance of their centres then [µm]; None if they cannot."""
-    low = max(a.x_um - a.half_width_um, b.x_um - b.half_width_um)
-    high = min(a.x_um + a.half_width_um, b.x_um + b.half_width_um)
-    if not below(low, high, a.x_um, b.x_um):  # side by side, as exactly as numbers can say
-        return None
-    while low < (middle := 0.5 * (low + high)) < high:
-        slope = a.slope(middle) + b.slope(middle)
-        if slope > 0.0:
-            low = middle
-        elif slope < 0.0:
-            high = middle
-        else:
-            low = high = middle
-    x = max(low, high, key=lambda x: a.rise(x) + b.rise(x))
-    return x, a.rise(x) + b.rise(x)
-
-
-def standing(half: bool, pillars: tuple[Pillar, ...]) -> tuple[Standing, ...]:
-    """Every pillar, and for a half cell the mirror image at x = 0 of each one off the axis."""
-    found = []
-    for index, pillar in enumerate(pillars):
-        arch = obstacles.Pillar(pillar.x_um, pillar.y_um, pillar.half_width_um, pillar.height_um, pillar.exponent)
-        found.append(Standing(index, False, arch))
-        if half and arch.x_um != 0.0:
-            found.append(Standing(index, True, replace(arch, x_um=-arch.x_um)))
-    return tuple(found)
-
-
 def placement(scene: Inputs) -> Placement:
     """Where the scene's cell starts, `gap_um` of vertical travel above its first touch.
 
-    The touch points lie on the substrate. Of a half cell's symmetric pairs only the one at x >= 0 is given. With
+    The touch points lie on the substrate. Of symmetric ones only those in the modelled part of the cell are given. With
     nothing below the cell's width, its lowest point starts at y = gap_um and `touch` is empty.
     """
-    x, gap, radius = scene.cell.centre_x_um, scene.cell.gap_um, scene.radius_um
-    first = _first(scene, x)
+    place, gap, radius = scene.centre_um, scene.cell.gap_um, scene.radius_um
+    first = _first(scene, place)
     if not first:
-        return Placement(x, gap + radius, ())
+        return Placement(_above(place, gap + radius), ())
     slide = _slide(scene, FARTHEST_SLIDE * radius) or 0.0
     if slide:
-        first = _first(scene, x + slide)
+        place = (place[0] + slide,)
+        first = _first(scene, place)
     level = max(level for level, _ in first)
-    return Placement(x + slide, level + gap, tuple(touch for _, touch in first), slide)
+    return Placement(_above(place, level + gap), tuple(touch for _, touch in first), slide)
+
+
+def _above(place: Place, y: float) -> tuple[float, ...]:
+    return place[0], y, *place[1:]
 
 
 def rest_beside(scene: Inputs) -> float | None:
-    """How far along x from where it was put a cell that touches on a slope would rest [µm]; None if not near by."""
+    """How far along x from where it was put a cell that touches on a slope would rest [µm]; None if not near by.
+
+    Nothing is looked for in 3-D, where the way down is no line.
+    """
     return _slide(scene, 2 * scene.radius_um)
 
 
-def slope_at(touch: tuple[Touch, ...]) -> float:
-    """Sine of the slope that a cell touching so slides down, > 0 to the right; 0 where it rests."""
-    tilts = [point.normal[0] for point in touch]
-    return min(tilts, key=abs) if tilts and (min(tilts) > 0) == (max(tilts) > 0) else 0.0
+def slope_at(scene: Inputs, touch: tuple[Touch, ...]) -> float:
+    """Sine of the slope that a cell touching so slides down, > 0 to the right in a plane; 0 where it rests.
+
+    It rests where weights of its touches, mirror images included, balance their horizontal normals.
+    """
+    tilts = [(point.normal[0], *point.normal[2:]) for point in touch]
+    for axis, name in enumerate("xz"):
+        if name in scene.mirrors:
+            tilts += [tuple(-t if k == axis else t for k, t in enumerate(tilt)) for tilt in tilts]
+    if scene.cell.geometry == "3d":
+        return _distance(tilts)
+    sines = [tilt for (tilt,) in tilts]
+    return min(sines, key=abs) if sines and (min(sines) > 0) == (max(sines) > 0) else 0.0
+
+
+def _distance(points: Iterable[tuple[float, ...]]) -> float:
+    """Of the origin from the convex hull of points of a plane, 0 inside it and for no points."""
+    found = [point for point in points]
+    angles = sorted(math.atan2(z, x) for x, z in found)
+    if not found or (0.0, 0.0) in found:
+        return 0.0
+    around = [later - earlier for earlier, later in pairwise((*angles, angles[0] + 2 * math.pi))]
+    if max(around) <= math.pi:
+        return 0.0
+    nearest = min(math.hypot(*point) for point in found)
+    for (x0, z0), (x1, z1) in combinations(found, 2):
+        dx, dz = x1 - x0, z1 - z0
+        if (x0 * dx + z0 * dz) * (x1 * dx + z1 * dz) < 0.0:  # its foot lies between the two
+            nearest = min(nearest, abs(x0 * z1 - x1 * z0) / math.hypot(dx, dz))
+    return nearest
 
 
 def _slide(scene: Inputs, farthest: float) -> float | None:
     """The way along x [µm] down to the first place where the cell touches on both sides; None if it is not needed."""
-    x = scene.cell.centre_x_um
-    slope = slope_at(tuple(touch for _, touch in _first(scene, x)))
-    if scene.cell.shape == "half" or scene.cell.inertia or not scene.has_weight or slope == 0.0:
+    if scene.mirrors or scene.cell.geometry == "3d" or scene.cell.inertia or not scene.has_weight:
+        return None
+    (x,) = scene.centre_um
+    slope = slope_at(scene, tuple(touch for _, touch in _first(scene, (x,))))
+    if slope == 0.0:
         return None
     sign = 1.0 if slope > 0 else -1.0
 
     def still_slides(way: float) -> bool:
-        highest = max(_touches(scene, x + sign * way), key=lambda found: found[0], default=None)
+        highest = max(_touches(scene, (x + sign * way,)), key=lambda found: found[0], default=None)
         return highest is not None and sign * highest[1].normal[0] > 0.0
 
     step = scene.radius_um / LOOKS
@@ -143,12 +141,12 @@ def _slide(scene: Inputs, farthest: float) -> float | None:
     there = here + step
     while here < (middle := 0.5 * (here + there)) < there:
         here, there = (middle, there) if still_slides(middle) else (here, middle)
-    return sign * there if len(_first(scene, x + sign * there)) > 1 else None
+    return sign * there if len(_first(scene, (x + sign * there,))) > 1 else None
 
 
-def _first(scene: Inputs, x: float) -> tuple[tuple[float, Touch], ...]:
-    """(level of the centre [µm], touch) of the obstacles that a cell centred at x [µm] touches first, all but tied."""
-    touches = _touches(scene, x)
+def _first(scene: Inputs, place: Place) -> tuple[tuple[float, Touch], ...]:
+    """(level of the centre [µm], touch) of the obstacles that a cell centred there touches first, all but tied."""
+    touches = _touches(scene, place)
     first = max((level for level, _ in touches), default=0.0)
     return tuple((level, touch) for level, touch in touches if level >= first - TIE * scene.radius_um)
 
@@ -159,31 +157,39 @@ def overlaps(scene: Inputs, start: Placement) -> tuple[Overlap, ...]:
     The depth is the vertical travel to touch. More than `TIE` radii count, so that touching is no overlap.
     """
     depths: dict[Obstacle, float] = {}
-    for level, touch in _touches(scene, start.centre_x_um):
-        if level - start.centre_y_um > TIE * scene.radius_um:
-            depths[touch.obstacle] = max(level - start.centre_y_um, depths.get(touch.obstacle, 0.0))
+    x, y, *z = start.centre
+    for level, touch in _touches(scene, (x, *z)):
+        if level - y > TIE * scene.radius_um:
+            depths[touch.obstacle] = max(level - y, depths.get(touch.obstacle, 0.0))
     return tuple(sorted((Overlap(*item) for item in depths.items()), key=lambda overlap: -overlap.depth_um))
 
 
-def _touches(scene: Inputs, x: float) -> tuple[tuple[float, Touch], ...]:
-    return _touches_of(scene.radius_um, x, scene.cell.shape == "half", scene.pillar, scene.flat)
+def _touches(scene: Inputs, place: Place) -> tuple[tuple[float, Touch], ...]:
+    return _touches_of(scene.radius_um, place, scene.mirrors, standing(scene), scene.flat)
 
 
 @lru_cache(maxsize=256)  # the cases of a sweep mostly share one geometry
 def _touches_of(
-    radius: float, centre_x: float, half: bool, pillars: tuple[Pillar, ...], flat: Flat | None
+    radius: float, place: Place, mirrors: str, stands: tuple[Standing, ...], flat: Flat | None
 ) -> tuple[tuple[float, Touch], ...]:
     """(level of the centre at touch [µm], touch) for every obstacle below the cell's width."""
-    disc = obstacles.Pillar(centre_x, 0.0, radius, radius, 2.0)
     found = []
-    for index, _, arch in standing(half, pillars):
-        met = touch_of(disc, arch)
-        if met is None or (half and met[0] < 0.0):
+    cell: Upright = Pillar(place[0], 0.0, radius, radius, 2.0)
+    if len(place) == 2:
+        cell = RoundPillar(place[0], 0.0, place[1], radius, radius, 2.0)
+    for stand in stands:
+        arch = stand.arch
+        met = meet(cell, arch)
+        if met is None or any(at < 0.0 for at, _ in zip(met, mirrors, strict=False)):
             continue
-        x, distance = met
-        # both surfaces share the normal; the disc's is the well-conditioned one at a sharp corner
-        normal = ((centre_x - x) / radius, disc.rise(x) / radius)
-        found.append((arch.y_um + distance, Touch(x, arch.y_um + arch.rise(x), index, normal)))
+        *at, distance = met
+        z = at[-1]
+        # both surfaces share the normal; the cell's is the well-conditioned one at a sharp corner
+        across = [(middle - x) / radius for middle, x in zip(place, at, strict=True)]
+        normal = (across[0], cell.across(z).rise(at[0]) / radius, *across[1:])
+        point = (at[0], arch.y_um + arch.across(z).rise(at[0]), *at[1:])
+        found.append((arch.y_um + distance, Touch(point, stand.pillar, normal)))
     if flat is not None:
-        found.append((flat.y_um + radius, Touch(centre_x, flat.y_um, "flat", (0.0, 1.0))))
+        upward = (0.0, 1.0, 0.0)[: len(place) + 1]
+        found.append((flat.y_um + radius, Touch(_above(place, flat.y_um), "flat", upward)))
     return tuple(found)

@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from itertools import pairwise
-from typing import NamedTuple
 
 from cellmech.mechanics.laws import LAWS
-from cellmech.mechanics.obstacles import Pillar
+from cellmech.scene.breach import Breach
+from cellmech.scene.geometry_rules import of_geometry
 from cellmech.scene.inputs import Inputs
 from cellmech.scene.limits import below, told
 from cellmech.scene.parts import LAYER_NAMES
-from cellmech.scene.placement import TIE, Standing, overlaps, placement, standing, touch_of
+from cellmech.scene.placement import overlaps, placement
+from cellmech.scene.substrate_rules import of_substrate
 from cellmech.solver.instants import CLOSEST, apart
 
 MOST_CELLS = 5e6  # what fits into the memory of a large workstation
@@ -20,44 +21,18 @@ FINEST_CONTACT = 1e-5  # of the cell's radius: a contact zone of a fifth of the 
 THINNEST_LAYER = 1e-4  # of the cell's radius, 1 nm of Table 1's cell: thinner is no continuum, and no mesh
 
 
-class Breach(NamedTuple):
-    """A rule that is broken: dotted key, rule with its unit, value got, what to do."""
-
-    key: str
-    rule: str
-    got: object
-    hint: str = ""
-
-
 def breaches(scene: Inputs) -> Iterator[Breach]:
     """The rules the scene breaks, the ones that explain others first; nothing is computed before it is asked for."""
-    yield from _geometry(scene)
+    yield from of_geometry(scene)
     yield from _radii(scene)
     yield from _constants(scene)
     yield from _smearing(scene)
     yield from _load(scene)
-    yield from _pillars(scene)
-    yield from _flat(scene)
+    yield from of_substrate(scene)
     yield from _start(scene)
     yield from _mesh(scene)
     yield from _times(scene)
     yield from _history(scene)
-
-
-def _geometry(scene: Inputs) -> Iterator[Breach]:
-    """What makes sense in a plane only, and what only there is no axis."""
-    cell = scene.cell
-    if cell.geometry == "plane":
-        return
-    if cell.shape != "half":
-        hint = "The half disc is turned about x = 0 and makes the whole cell."
-        yield Breach("cell.shape", 'must be "half" where cell.geometry is axisymmetric', cell.shape, hint)
-    if cell.trace != "3d":
-        yield Breach("cell.trace", 'must be "3d" where cell.geometry is axisymmetric', cell.trace, "It has no plane.")
-    for i, pillar in enumerate(scene.pillar):
-        if pillar.x_um < 0.0:
-            rule = "must be >= 0 µm, the radius of its ring, where cell.geometry is axisymmetric"
-            yield Breach(f"pillar.{i}.x_um", rule, pillar.x_um, "0 is a round pillar on the axis.")
 
 
 def _radii(scene: Inputs) -> Iterator[Breach]:
@@ -123,78 +98,38 @@ def _load(scene: Inputs) -> Iterator[Breach]:
         yield Breach("cell.density_kg_m3", "must be > 0 kg/m3 when cell.inertia is true", cell.density_kg_m3)
 
 
-def _pillars(scene: Inputs) -> Iterator[Breach]:
-    """Pillars that overlap one another, or a mirror image (eq. 27 would count the force there twice)."""
-    row = sorted(standing(scene.cell.shape == "half", scene.pillar), key=lambda pillar: _left(pillar.arch))
-    for i, one in enumerate(row):
-        right = one.arch.x_um + one.arch.half_width_um * (1 - TIE)
-        for other in row[i + 1 :]:
-            if _left(other.arch) >= right:
-                break  # in the order of their left ends: all further ones start beyond this pillar
-            both_mirrored = one.mirrored and other.mirrored  # the originals say the same
-            if not both_mirrored and _overlap(one.arch, other.arch):
-                yield _pillar_breach(scene, *sorted((one, other), key=lambda p: (p.mirrored, -p.pillar)))
-
-
-def _flat(scene: Inputs) -> Iterator[Breach]:
-    """A flat that rises above a pillar's foot, unless it buries the pillar deeper than a cell could sink."""
-    if scene.flat is None:
-        return
-    level = scene.flat.y_um
-    for i, pillar in enumerate(scene.pillar):
-        foot, top = pillar.y_um, pillar.y_um + pillar.height_um
-        if foot + TIE * pillar.height_um < level < top + scene.radius_um:
-            rule = f"must be <= {told(foot)} µm, the foot of pillar.{i}: the two would overlap"
-            hint = "Both would push a cell that touches both: raise the pillar, lower the flat, or set flat = false."
-            yield Breach("flat.y_um", rule, level, hint)
-
-
-def _left(arch: Pillar) -> float:
-    return arch.x_um - arch.half_width_um
-
-
-def _overlap(a: Pillar, b: Pillar) -> bool:
-    met = touch_of(a, b)
-    return met is not None and met[1] - abs(a.y_um - b.y_um) > TIE * (a.height_um + b.height_um)
-
-
-def _pillar_breach(scene: Inputs, one: Standing, other: Standing) -> Breach:
-    apart = one.arch.half_width_um + other.arch.half_width_um
-    hint = f"Their middles must be {told(apart)} µm apart along x (the sum of the half-widths)."
-    name = f"pillar.{other.pillar}"
-    if other.mirrored:
-        name = ("its own mirror image" if one.pillar == other.pillar else f"the mirror image of {name}") + " at x = 0"
-        mirrors = "A half cell mirrors its pillars."
-        hint += f" {mirrors if scene.cell.geometry == 'plane' else 'Off the axis a pillar is a ring.'}"
-    return Breach(f"pillar.{one.pillar}.x_um", f"must not overlap {name} (µm)", scene.pillar[one.pillar].x_um, hint)
-
-
 def _start(scene: Inputs) -> Iterator[Breach]:
     cell = scene.cell
-    if cell.shape == "half" and cell.centre_x_um != 0.0:
-        hint = 'Set cell.shape = "full" for a cell off the axis.'
-        yield Breach("cell.centre_x_um", "must be 0 µm for a half cell", cell.centre_x_um, hint)
-        return
     start = placement(scene)
     for obstacle, depth in overlaps(scene, start):
-        name = "the flat" if obstacle == "flat" else f"pillar.{obstacle}"
+        name = f"pillar.{obstacle}" if isinstance(obstacle, int) else f"the {obstacle}"
         rule = f"must be >= 0 µm: the cell would overlap {name} by {depth:g} µm"
         yield Breach("cell.gap_um", rule, cell.gap_um, "The gap is the vertical travel to first touch.")
     if cell.gap_um < 0.0:
         yield Breach("cell.gap_um", "must be >= 0 µm", cell.gap_um, "The gap is the vertical travel to first touch.")
     if not start.touch and scene.has_weight and not cell.inertia:
-        left, right = cell.centre_x_um - scene.radius_um, cell.centre_x_um + scene.radius_um
-        rule = f"must have a pillar or the flat below the cell, between x = {told(left)} and {told(right)} µm"
+        ends = [(told(at - scene.radius_um), told(at + scene.radius_um)) for at in scene.centre_um]
+        where = " and ".join(f"{axis} = {low} and {high} µm" for axis, (low, high) in zip("xz", ends, strict=False))
+        rule = f"must have a pillar or the flat below the cell, between {where}"
         hint = "Without one the cell falls for ever: add an obstacle, set cell.inertia = true, or load.factor = 0."
         yield Breach("pillar", rule, f"{len(scene.pillar)} pillar(s), none of them there", hint)
 
 
+def _finest_um(scene: Inputs) -> float:
+    """Size of equal elements of which `MOST_CELLS` make the modelled part of the cell [µm], as it is told."""
+    radius, space = scene.radius_um, scene.cell.geometry == "3d"
+    whole = 4 / 3 * math.pi * radius**3 if space else math.pi * radius**2
+    one = math.sqrt(2) / 12 if space else math.sqrt(3) / 4
+    share = 0.5 ** len(scene.mirrors)
+    return float(f"{(share * whole / (one * MOST_CELLS)) ** (1 / (3 if space else 2)):.2g}")
+
+
 def _mesh(scene: Inputs) -> Iterator[Breach]:
     size, contact, radius = scene.mesh.size_um, scene.mesh.contact_size_um, scene.radius_um
-    share = 0.5 if scene.cell.shape == "half" else 1.0
-    finest = float(f"{math.sqrt(share * math.pi * radius**2 / (math.sqrt(3) / 4 * MOST_CELLS)):.2g}")  # as it is told
+    finest = _finest_um(scene)
     if size < finest or size > radius:
-        rule = f"must be from {finest:g} µm (about {MOST_CELLS:.0e} triangles) to the cell's radius, {told(radius)} µm"
+        cells = "tetrahedra" if scene.cell.geometry == "3d" else "triangles"
+        rule = f"must be from {finest:g} µm (about {MOST_CELLS:.0e} {cells}) to the cell's radius, {told(radius)} µm"
         yield Breach("mesh.size_um", rule, size)
     least = FINEST_CONTACT * radius
     if contact is not None and (below(contact, least) or contact > size):

@@ -9,6 +9,7 @@ from pydantic import model_validator
 from cellmech.scene.inputs import Inputs
 from cellmech.scene.parts import Mesh
 from cellmech.scene.rules import breaches
+from cellmech.scene.substrate import crowded, smallest_shape
 from cellmech.scene.value_types import broken
 
 AT_REST = 20.0  # relaxation times after which the fluid's stress is below the Newton tolerance
@@ -22,15 +23,36 @@ class Scene(Inputs):
     """
 
     @model_validator(mode="after")
+    def _array_instead_of_table_1s_pillar(self) -> Self:
+        if self.array is not None and "pillar" not in self.model_fields_set:
+            object.__setattr__(self, "pillar", ())
+        return self
+
+    @model_validator(mode="after")
+    def _round_in_space(self) -> Self:
+        if self.cell.geometry == "3d":
+            pillars = (pillar.model_copy(update={"profile": pillar.profile or "round"}) for pillar in self.pillar)
+            object.__setattr__(self, "pillar", tuple(pillars))
+            if self.array is not None and self.array.profile is None:
+                object.__setattr__(self, "array", self.array.model_copy(update={"profile": "round"}))
+        return self
+
+    @model_validator(mode="after")
+    def _shape_of_the_symmetry(self) -> Self:
+        if self.cell.geometry == "3d" and "shape" not in self.cell.model_fields_set and not crowded(self):
+            object.__setattr__(self, "cell", self.cell.model_copy(update={"shape": smallest_shape(self)}))
+        return self
+
+    @model_validator(mode="after")
     def _order_that_serves(self) -> Self:
         """Second order where third would not do and the scene names none.
 
         Second order has a mixed form. And a fluid without solid shears without resistance, in which elements of third
-        order turn inside out.
+        order turn inside out. In 3-D it is the usual one.
         """
         mesh, written = self.mesh, self.mesh.model_fields_set
         mixed = mesh.pressure == "mixed" or (mesh.pressure == "auto" and self.nearly_incompressible())
-        if "order" not in written and (mixed or self.without_solid()):
+        if "order" not in written and (mixed or self.without_solid() or self.cell.geometry == "3d"):
             second = Mesh.model_validate({"order": 2} | {name: getattr(mesh, name) for name in written})
             object.__setattr__(self, "mesh", second)
         return self

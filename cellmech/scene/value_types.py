@@ -98,18 +98,50 @@ class Constants:
 
 
 @dataclass(frozen=True)
+class Pair:
+    """Two numbers, along x and along z, each of which keeps the rule of one.
+
+    Args:
+        number: that rule.
+    """
+
+    number: Number
+
+    def check(self, value: object) -> tuple[float, float]:
+        """`value` if it is a list of two such numbers."""
+        if not isinstance(value, list | tuple) or len(value) != 2:
+            raise broken(
+                f"must be a list of two numbers, along x and along z ({self.number.unit})", "Such as [0.0, 0.0]."
+            )
+        return self.number.check(value[0]), self.number.check(value[1])
+
+    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Hook of pydantic."""
+        return _schema(self.check)
+
+
+@dataclass(frozen=True)
 class Whole:
-    """A whole number within inclusive bounds."""
+    """A whole number within inclusive bounds, or one of some words.
+
+    Args:
+        least, most: the bounds.
+        words: strings that will do as well.
+    """
 
     least: int
     most: int
+    words: tuple[str, ...] = ()
 
-    def check(self, value: object) -> int:
+    def check(self, value: object) -> int | str:
         """`value` if it keeps the rule."""
+        if isinstance(value, str) and value in self.words:
+            return value
         if isinstance(value, bool) or not isinstance(value, int) or not self.least <= value <= self.most:
             few = self.most - self.least < 2
             allowed = f"{self.least} or {self.most}" if few else f"a whole number from {self.least} to {self.most}"
-            raise broken(f"must be {self.least}" if self.least == self.most else f"must be {allowed}")
+            others = "".join(f' or "{word}"' for word in self.words)
+            raise broken(f"must be {self.least}" if self.least == self.most else f"must be {allowed}{others}")
         return value
 
     def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:

@@ -259,9 +259,9 @@ class TestSubstrate:
 
 
 def polygons_arch(scene: Scene) -> list[Any]:
-    from cellmech.scene.placement import standing
+    from cellmech.scene.substrate import standing
 
-    return [one.arch for one in standing(True, scene.pillar)]
+    return [one.arch for one in standing(scene)]
 
 
 class TestShapes:

@@ -476,18 +476,18 @@ def test_cell_over_nothing_is_refused_unless_it_has_no_weight_or_may_fall():
 
 def test_placement_of_table_1_just_touches_the_pillar():
     place = placement(Scene())
-    assert place == (0.0, 9.5, ((0.0, -0.5, 0, (0.0, 1.0)),), 0.0)
+    assert place == ((0.0, 9.5), (((0.0, -0.5), 0, (0.0, 1.0)),), 0.0)
 
 
 def test_placement_gap_lifts_the_cell_and_leaves_the_touch():
     place = placement(scene_of("cell.gap_um = 2"))
-    assert (place.centre_y_um, place.touch) == (11.5, placement(Scene()).touch)
+    assert (place.centre, place.touch) == ((0.0, 11.5), placement(Scene()).touch)
 
 
 def test_placement_on_the_flat_and_over_nothing():
-    assert placement(scene_of("pillar = []")) == (0.0, 0.0, ((0.0, -10.0, "flat", (0.0, 1.0)),), 0.0)
+    assert placement(scene_of("pillar = []")) == ((0.0, 0.0), (((0.0, -10.0), "flat", (0.0, 1.0)),), 0.0)
     nothing = scene_of("pillar = []\nflat = false\nload.factor = 0\ncell.gap_um = 1.5")
-    assert placement(nothing) == (0.0, 11.5, (), 0.0)
+    assert placement(nothing) == ((0.0, 11.5), (), 0.0)
 
 
 @pytest.mark.parametrize("offset", [0.0, 1e-9, 3.0, -7.5, 14.9, -19.999])
@@ -496,9 +496,9 @@ def test_placement_on_a_round_pillar_is_that_of_two_circles(offset):
     place = placement(scene_of(text))
     level = -10 + math.sqrt(400 - offset**2)
     (touch,) = place.touch
-    assert place.centre_y_um == pytest.approx(level, rel=0, abs=1e-11)
+    assert place.centre[1] == pytest.approx(level, rel=0, abs=1e-11)
     # the touch is half-way between the two centres; its place is found less sharply than the height
-    assert (touch.x_um, touch.y_um) == pytest.approx((offset / 2, (level - 10) / 2), abs=1e-7)
+    assert touch.at == pytest.approx((offset / 2, (level - 10) / 2), abs=1e-7)
     assert touch.normal == pytest.approx((offset / 20, (level + 10) / 20), abs=1e-8)
 
 
@@ -531,27 +531,27 @@ def test_placement_touches_and_does_not_overlap(text):
         return max(tops)
 
     def clearance(x: float) -> float:
-        return place.centre_y_um - math.sqrt(radius**2 - (x - place.centre_x_um) ** 2) - top(x)
+        return place.centre[1] - math.sqrt(radius**2 - (x - place.centre[0]) ** 2) - top(x)
 
     n = 20_000
-    xs = [place.centre_x_um + radius * (2 * i / n - 1) for i in range(n + 1)]
+    xs = [place.centre[0] + radius * (2 * i / n - 1) for i in range(n + 1)]
     assert min(map(clearance, xs)) > -1e-11
     assert place.touch
     for touch in place.touch:
-        assert touch.y_um == pytest.approx(top(touch.x_um), abs=1e-9)
-        assert clearance(touch.x_um) == pytest.approx(0, abs=1e-10)
-        foot = (place.centre_x_um - radius * touch.normal[0], place.centre_y_um - radius * touch.normal[1])
-        assert foot == pytest.approx((touch.x_um, touch.y_um), abs=1e-9)
+        assert touch.at[1] == pytest.approx(top(touch.at[0]), abs=1e-9)
+        assert clearance(touch.at[0]) == pytest.approx(0, abs=1e-10)
+        foot = tuple(middle - radius * n for middle, n in zip(place.centre, touch.normal, strict=True))
+        assert foot == pytest.approx(touch.at, abs=1e-9)
 
 
 def test_placement_between_two_pillars_touches_both_and_a_half_cell_gives_one_side():
     full = placement(scene_of('cell.shape = "full"\n' + pillars_at(-6, 6)))
     assert [touch.obstacle for touch in full.touch] == [0, 1]
-    assert full.touch[0].x_um == pytest.approx(-full.touch[1].x_um, abs=1e-12)
+    assert full.touch[0].at[0] == pytest.approx(-full.touch[1].at[0], abs=1e-12)
     half = placement(scene_of(pillars_at(-6)))
     assert [touch.obstacle for touch in half.touch] == [0]
-    assert half.touch[0].x_um == full.touch[1].x_um
-    assert half.centre_y_um == full.centre_y_um
+    assert half.touch[0].at == full.touch[1].at
+    assert half.centre == full.centre
 
 
 @pytest.mark.parametrize(("right", "touched"), [(6 + 1e-10, [0, 1]), (6.001, [0])])
@@ -576,15 +576,15 @@ def test_flat_may_not_overlap_a_pillar_within_reach(level, buried):
 
 def test_placement_beside_a_pillar_stands_on_the_flat():
     place = placement(scene_of('cell.shape = "full"\n[[pillar]]\nx_um = 20'))
-    assert (place.centre_y_um, [touch.obstacle for touch in place.touch]) == (0.0, ["flat"])
+    assert (place.centre[1], [touch.obstacle for touch in place.touch]) == (0.0, ["flat"])
 
 
 def test_overlaps_gives_the_vertical_travel_to_be_free_of_each_obstacle():
     scene = Scene()
-    assert overlaps(scene, Placement(0.0, 9.5, ())) == ()
-    assert overlaps(scene, Placement(0.0, 9.5 - 1e-9, ())) == ()
-    assert overlaps(scene, Placement(0.0, 9.0, ())) == ((0, 0.5),)
-    assert overlaps(scene, Placement(0.0, -1.0, ())) == ((0, 10.5), ("flat", 1.0))
+    assert overlaps(scene, Placement((0.0, 9.5), ())) == ()
+    assert overlaps(scene, Placement((0.0, 9.5 - 1e-9), ())) == ()
+    assert overlaps(scene, Placement((0.0, 9.0), ())) == ((0, 0.5),)
+    assert overlaps(scene, Placement((0.0, -1.0), ())) == ((0, 10.5), ("flat", 1.0))
 
 
 # Out and back
@@ -619,7 +619,7 @@ def test_toml_of_a_scene_names_every_key_with_a_value():
         "stability",
     }
     assert set(data["cell"]) == set(Cell.model_fields) - {"smear_um", "constants"}
-    assert set(data["pillar"][0]) == set(Pillar.model_fields)
+    assert set(data["pillar"][0]) == set(Pillar.model_fields) - {"profile", "width_um"}
 
 
 def test_hash_ignores_title_and_spelling_but_no_value():
@@ -661,12 +661,12 @@ def test_cell_beside_a_second_pillar_starts_where_it_touches_both(scene):
     assert {touch.obstacle for touch in start.touch} == {0, 1}
     assert start.touch[0].normal[0] * start.touch[1].normal[0] < 0
     assert overlaps(scene, start) == ()
-    assert start.centre_x_um == scene.cell.centre_x_um + start.slide_um and abs(start.slide_um) < 1.0
+    assert start.centre[0] == scene.cell.centre_x_um + start.slide_um and abs(start.slide_um) < 1.0
 
 
 def test_cell_that_would_slide_far_or_falls_stays_where_it_was_put():
     far = twins(centre_x_um=3.0)
-    assert placement(far).centre_x_um == 3.0 and placement(far).slide_um == 0.0
+    assert placement(far).centre[0] == 3.0 and placement(far).slide_um == 0.0
     assert rest_beside(far) == pytest.approx(-3.0, abs=1e-7)
     assert placement(twins(right={"height_um": 9.499}, inertia=True)).slide_um == 0.0
     assert placement(twins()).slide_um == 0.0
