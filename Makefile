@@ -18,7 +18,6 @@ RUNS := fig2 fig4 fig6 fig7
 TAKEN_OVER := fig3 fig5 table3
 DRAWN := fig1 fig2 fig3 fig4 fig5 fig6 fig7 table1 table2 table3 table-fig2
 AUDITS := audit audit-pairs
-CALIBRATED := calibrated saint-venant-limit
 
 # One thread a rank: the ranks are the parallelism.
 export OMP_NUM_THREADS := 1
@@ -42,7 +41,7 @@ unexport PYTHONPATH PYTHONHOME PETSC_DIR PETSC_ARCH SLEPC_DIR
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help setup study test paper paper-runs taken-over figures-smoke compare report audit calibrate calibrated
+.PHONY: help setup study test paper paper-runs taken-over figures-smoke compare report audit calibrate
 .PHONY: fig1 fig2 fig3 fig4 fig5 fig6 fig7 table1 table2 table3 table-fig2 lint check movie speed speed-error clean
 .PHONY: readings effective verify accuracy defaults second-code mutants fuzz campaign needs locking hard-cases container-check
 MAKEFLAGS += --no-print-directory
@@ -124,14 +123,8 @@ effective: setup ## all 57 runs in the reading that fits best, with figures and 
 	$(PLOTS) fig3 --results $(RESULTS)/readings/$(EFFECTIVE)/fig2 --out $(RESULTS)/readings/$(EFFECTIVE)/figures
 	$(PLOTS) fig7 --results $(RESULTS)/readings/$(EFFECTIVE)/table3 --out $(RESULTS)/readings/$(EFFECTIVE)/figures
 
-calibrate: setup ## fit the open inputs to the print anew; writes the studies that make calibrated solves
+calibrate: setup ## fit the load to the print: what it gives, law by law, and the largest that Saint-Venant bears
 	mpirun -n $(N) $(PAPER) calibrate --results $(RESULTS) $(if $(SETTINGS),--set $(SETTINGS))
-
-calibrated: ## the cell at the fitted loads, and at the largest that Saint-Venant bears
-	@$(MAKE) --keep-going $(CALIBRATED:%=run-%) $(CALIBRATED:%=shapes-%)
-
-$(CALIBRATED:%=shapes-%): shapes-%: setup
-	$(PLOTS) fig3 --study studies/$*.toml --results $(RESULTS)/$* --out $(FIGURES) --stem $*-shapes
 
 figures-smoke: ## all of `make paper` on a coarse mesh, in minutes, into results/smoke
 	@$(MAKE) paper RESULTS=results/smoke SETTINGS="mesh.size_um=6 time.rtol=1e-2"

@@ -9,7 +9,7 @@ From Python:
 
 `Scene` is what a scene file says, `solve` solves one, `load` reads the folder of a case that was solved, by the command
 line too, and `Result` is what both return. `Additions` are laws, obstacles and observables of one's own, `Material` and
-`Invariants` what they are made of. Nothing is imported before it is used.
+`Invariants` what they are made of. `Cause` is why a case has no solution. Nothing is imported before it is used.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING
 from cellmech.doors import door
 
 if TYPE_CHECKING:
+    from cellmech.causes import Cause
     from cellmech.cell.additions import Additions
     from cellmech.errors import CellmechError, InputError, MeshError, SolveError
     from cellmech.mechanics.invariants import Invariants
@@ -37,6 +38,7 @@ if (_data := os.environ.get("_PYTHON_SYSCONFIGDATA_NAME")) and find_spec(_data) 
 
 _HOMES = {
     "Additions": "cell.additions",
+    "Cause": "causes",
     "CellmechError": "errors",
     "InputError": "errors",
     "Invariants": "mechanics.invariants",
@@ -50,6 +52,7 @@ _HOMES = {
 }
 __all__ = [
     "Additions",
+    "Cause",
     "CellmechError",
     "InputError",
     "Invariants",

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from cellmech.causes import Cause, Reason
+
 MOST_OF_A_PART = 400  # characters of where, rule and hint in a message
 MOST_OF_A_VALUE = 100
-COMPILER = "the compiler fails"  # what the text of a CompilerError begins with
 
 
 def cut(text: str, most: int = MOST_OF_A_VALUE) -> str:
@@ -20,6 +21,8 @@ def _shown(text: str) -> str:
 
 class CellmechError(Exception):
     """Base of every error this package raises on purpose."""
+
+    cause = Cause.OTHER
 
 
 class InputError(CellmechError):
@@ -48,10 +51,19 @@ class InputError(CellmechError):
 class MeshError(CellmechError):
     """A mesh that cannot carry a computation: inverted elements, missing groups."""
 
+    cause = Cause.MESH
+
 
 class CompilerError(CellmechError):
     """A compilation that failed for want of a compiler; the text says what to install."""
 
+    cause = Cause.COMPILER
+
 
 class SolveError(CellmechError):
     """A nonlinear solve or a time loop that stopped; the text gives the physical reason."""
+
+    def __init__(self, reason: Reason | str) -> None:
+        super().__init__(reason)
+        if isinstance(reason, Reason):
+            self.cause = reason.cause

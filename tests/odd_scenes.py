@@ -91,7 +91,7 @@ def wrong_solve(answer, folder):
     ended, reason = result["status"], result["reason"]
     if (ended == "solved", err) != (status == 0, "" if status == 0 else f"cellmech: my: failed: {reason}\n"):
         return "status and messages do not fit the result", ""
-    if reason.startswith("internal error"):
+    if result["cause"] == "internal":
         return reason, ""
     if result.get("steps", 0) and not (folder / "fields.pvd").exists():
         return "the last state is not saved", ""

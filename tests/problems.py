@@ -31,8 +31,9 @@ Where = Callable[[np.ndarray], np.ndarray]
 def domain_of(mesh: Any, cells: Mapping[str, Where] | None = None, facets: Mapping[str, Where] | None = None) -> Domain:
     """A mesh with groups named by where they are; an entity belongs to the last group it lies in."""
     cells = cells or {"solid": lambda x: np.full(x.shape[1], True)}
-    mesh.topology.create_connectivity(1, 2)
-    tags = [_tags(mesh, 2, cells), _tags(mesh, 1, facets or {})]
+    dim = mesh.topology.dim
+    mesh.topology.create_connectivity(dim - 1, dim)
+    tags = [_tags(mesh, dim, cells), _tags(mesh, dim - 1, facets or {})]
     numbers = [{name: k for k, name in enumerate(group, 1)} for group in (cells, facets or {})]
     return Domain(mesh=mesh, cell_tags=tags[0], facet_tags=tags[1], cells=numbers[0], facets=numbers[1], quality={})
 
@@ -86,14 +87,14 @@ def displacement_space(domain: Domain, degree: int = 2) -> Any:
 def hold(space: Any, domain: Domain, group: str, component: int, value: float = 0.0) -> Any:
     """One displacement component given on a facet group."""
     facets = domain.facet_tags.find(domain.facets[group])
-    dofs = fem.locate_dofs_topological(space.sub(component), 1, facets)
+    dofs = fem.locate_dofs_topological(space.sub(component), domain.facet_tags.dim, facets)
     return fem.dirichletbc(np.float64(value), dofs, space.sub(component))
 
 
 def prescribe(space: Any, domain: Domain, groups: Sequence[str], values: fem.Function) -> Any:
     """Both displacement components given on facet groups."""
     facets = np.concatenate([domain.facet_tags.find(domain.facets[group]) for group in groups])
-    return fem.dirichletbc(values, fem.locate_dofs_topological(space, 1, facets))
+    return fem.dirichletbc(values, fem.locate_dofs_topological(space, domain.facet_tags.dim, facets))
 
 
 def affine(space: Any, H: Any, offset: Sequence[float] = (0.0, 0.0)) -> np.ndarray:

@@ -35,6 +35,8 @@ from campaign_twins import changed_digits, differences, twin_of  # noqa: E402
 from campaign_verdicts import rounding, strain, verdict  # noqa: E402
 from hostile import dumped  # noqa: E402
 
+from cellmech.causes import Cause  # noqa: E402
+
 TWIN, RANKS, END_STATE = 1e-6, 1e-5, 1e-3  # by how much two runs of one scene may differ
 OTHER_MESH = 0.05  # the same where Gmsh makes another mesh of the scaled geometry
 AT_REST = 30.0  # relaxation times after which a history has come to its end state
@@ -51,6 +53,7 @@ class Row:
     faults: str
     status: str
     reason: str
+    cause: str
     seconds: float
     steps: int | None
     newton: int | None
@@ -121,7 +124,7 @@ class Campaign:
         if status == "solved":
             outcome = SILENT if faults else BALANCED
         elif status == "failed":
-            outcome = WRONG_STATE if faults else verdict(scene, reason)
+            outcome = WRONG_STATE if faults else verdict(scene, Cause.named(result["cause"]))
         else:
             outcome = status
         moduli = [layer["young_Pa"] for layer in drawn.data["layer"].values()]
@@ -131,6 +134,7 @@ class Campaign:
             faults="; ".join(f"{fault.check}: {fault.text}" for fault in faults[:4]),
             status=status,
             reason=reason,
+            cause=result.get("cause", ""),
             seconds=round(seconds, 1),
             steps=result.get("steps"),
             newton=result.get("newton_iterations"),
@@ -216,7 +220,7 @@ def report(rows: list[Row], seed: int) -> str:
     checks = Counter(name for row in rows for name in {part.split(": ")[0] for part in row.faults.split("; ") if part})
     lines += [f"| {name} | {count} |" for name, count in checks.most_common()]
     lines += ["\n| verdict | outcome | scenes |", "|---|---|---|"]
-    kinds = Counter((_kind(row.reason), row.outcome) for row in rows if row.status != "solved")
+    kinds = Counter((row.cause, row.outcome) for row in rows if row.status != "solved")
     lines += [f"| {kind} | {outcome} | {count} |" for (kind, outcome), count in kinds.most_common()]
     lines += ["\n## What is wrong\n"]
     for row in rows:
@@ -224,14 +228,6 @@ def report(rows: list[Row], seed: int) -> str:
             told = row.faults or row.reason
             lines.append(f"- `{row.index:04}.toml` {row.outcome}: {told} [{row.seconds:g} s; {row.shape}, {row.tags}]")
     return "\n".join(lines) + "\n"
-
-
-def _kind(reason: str) -> str:
-    """The kind of a verdict: what is said before and after the colon, without numbers."""
-    parts = reason.split(": ")
-    if reason.startswith("no equilibrium beyond") and len(parts) > 1:
-        return parts[1].split("(")[0].split(";")[0].strip()[:60].replace("30 ", "").replace("16 ", "")
-    return reason.split(" at t =")[0].split(";")[0].split("(")[0][:60].strip()
 
 
 def main() -> int:

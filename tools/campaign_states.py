@@ -13,7 +13,7 @@ from pathlib import Path
 import basix
 import numpy as np
 
-from cellmech.cell.samples import lattice, lattice_triangles
+from cellmech.cell.lattice import lattice, lattice_pieces
 from cellmech.results.result import read_grid
 from cellmech.scene.scene import Scene
 
@@ -99,7 +99,7 @@ def _element(n: int) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
     points = lattice(n)[0]
     ends = (points[:, 1] == 0, points[:, 0] == 0, np.abs(points.sum(axis=1) - 1) < 1e-9)
     edges = [np.flatnonzero(on) for on in ends]
-    return points, lattice_triangles(n), [edge[np.argsort(points[edge] @ [2.0, 1.0])] for edge in edges]
+    return points, lattice_pieces(n), [edge[np.argsort(points[edge] @ [2.0, 1.0])] for edge in edges]
 
 
 class State:

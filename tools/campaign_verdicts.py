@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-import re
 
 import numpy as np
 from campaign_states import obstacles_of, ramp, weight_per_area
 
+from cellmech.causes import Cause
 from cellmech.scene.parts import LAYER_NAMES
 from cellmech.scene.scene import Scene
 
@@ -110,21 +110,21 @@ def impact(scene: Scene) -> float:
     return math.sqrt(2 * abs(weight_per_area(scene)) * scene.cell.gap_um / solid) if solid > 0 else math.inf
 
 
-def verdict(scene: Scene, reason: str) -> str:
+def verdict(scene: Scene, cause: Cause) -> str:
     """What to think of a case that failed: "verdict supported", "verdict SUSPECT", "round-off named".
 
     Args:
         scene: what was asked for.
-        reason: what the program says.
+        cause: why, as the program says.
     """
     end = scene.time.end_s
-    if reason.startswith(("internal error", "the disk refuses")):
+    if cause.passing:
         return CRASH
-    if re.search(r"round-?off|rounding", reason):
+    if cause is Cause.ROUND_OFF:
         return NAMED if rounding(scene, min((*scene.output.times_s, end))) > WORTH else SUSPECT
-    if reason.startswith("the mesh is too coarse"):
+    if cause is Cause.TOO_COARSE:
         return SUPPORTED  # measured beside the solver's own points
-    if reason.startswith("slides"):
+    if cause is Cause.SLIDES:
         return SUSPECT if stands(scene, end) else SUPPORTED
     if scene.cell.inertia:
         weakest = min(BEARS[scene.layer_law(name)] for name in LAYER_NAMES) / max(BEARS.values())

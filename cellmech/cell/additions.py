@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from cellmech.causes import Cause
 from cellmech.cell.observables import Observer
 from cellmech.errors import InputError, SolveError
 from cellmech.mechanics.materials import Material
@@ -94,7 +95,7 @@ class Additions:
             except Exception as error:
                 fault = f"{type(error).__name__}: {error}"
             if faults := [text for text in observer.comm.allgather(fault) if text]:
-                raise SolveError(f"the observable {name} is no finite number ({faults[0]})")
+                raise SolveError(Cause.OBSERVABLE.reason(name=name, told=faults[0]))
         return {"own": own} if own else {}
 
 

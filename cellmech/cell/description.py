@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from cellmech.cell.footing import SIZE_OVER_RADIUS
 from cellmech.cell.setup import M_S2, Setup, material, mixed_layers
+from cellmech.mesh.disc import DiscSpec
 from cellmech.scene.inputs import MIXED_ABOVE
 from cellmech.scene.parts import LAYER_NAMES, Mesh
 from cellmech.scene.scene import AT_REST, Scene
@@ -112,16 +113,17 @@ def _mesh_warnings(setup: Setup) -> dict[str, str]:
     """A mesh coarser than its order needs for 1 %, and contacts too narrow for any mesh that would be made."""
     scene, found = setup.scene, {}
     usual = SIZE_OVER_RADIUS[scene.mesh.order] * scene.radius_um
-    if scene.mesh.size_um > COARSE * usual:
+    if scene.cell.geometry != "3d" and scene.mesh.size_um > COARSE * usual:
         found["mesh"] = (
             f"mesh.size_um = {scene.mesh.size_um:g} um is {scene.mesh.size_um / usual:.3g} times the {usual:.3g} um at "
             f"which numbers of a cell of radius {scene.radius_um:g} um are within 1 %"
         )
-    if any(setup.spec.least_size_um(foot) <= foot.least_um for foot in setup.spec.footprints):
-        narrow = min(foot.edges[0] for foot in setup.spec.footprints)
+    spec = setup.spec
+    if isinstance(spec, DiscSpec) and any(spec.least_size_um(foot) <= foot.least_um for foot in spec.footprints):
+        narrow = min(foot.edges[0] for foot in spec.footprints)
         found["contact mesh"] = (
             f"a contact {narrow:.2g} um in half-width is expected, and elements are not made smaller than "
-            f"{setup.spec.footprints[0].least_um:.2g} um: depth and strain beside it may be off by more than 1 %"
+            f"{spec.footprints[0].least_um:.2g} um: depth and strain beside it may be off by more than 1 %"
         )
     return found
 
@@ -140,8 +142,8 @@ def _locking_warning(scene: Scene) -> dict[str, str]:
 def _hints(setup: Setup) -> dict[str, str]:
     """What the scene asks for though it does nothing to the numbers, or to those of the end state."""
     scene, cell, hints = setup.scene, setup.scene.cell, {}
-    symmetric = setup.half or setup.mirror_symmetric
-    if not setup.half and symmetric:
+    symmetric = not setup.turns or setup.mirror_symmetric
+    if setup.turns and symmetric and scene.cell.geometry == "plane":
         hints["shape"] = (
             'the scene is its own mirror image: cell.shape = "half"'
             + (" about x = 0" if cell.centre_x_um else "")
@@ -150,7 +152,7 @@ def _hints(setup: Setup) -> dict[str, str]:
     if scene.time.history and not cell.inertia and scene.rest_s > AT_REST * scene.relaxation_s:
         hints["history"] = "time.history = false finds the same end state directly, without what happens on the way"
     third, second = Mesh().size_um, Mesh(order=2).size_um
-    if scene.mesh.order == 2 and scene.mesh.size_um > 2 * second:
+    if scene.cell.geometry != "3d" and scene.mesh.order == 2 and scene.mesh.size_um > 2 * second:
         hints["mesh"] = f"second order is as accurate at mesh.size_um = {second:g} as third order at {third:g}"
     if cell.inertia and symmetric and setup.place.touch and cell.gap_um == 0 and scene.load.half_ramp_s > 0:
         gravity_um_s2 = scene.load.gravity_m_s2 * M_S2 * scene.load.factor
@@ -163,13 +165,14 @@ def _hints(setup: Setup) -> dict[str, str]:
 def _elements(scene: Scene) -> str:
     """The displacement's order on the elements, and why it is not the third."""
     order = scene.mesh.order
+    shapes = "tetrahedra with curved faces" if scene.cell.geometry == "3d" else "triangles with curved sides"
     if order == 3:
-        return "third order on triangles with curved sides"
+        return f"third order on {shapes}"
     if order == 1:
-        return "first order on triangles"
+        return f"first order on {shapes.split()[0]}"
     mixed, fluid = mixed_layers(scene), scene.without_solid()
     why = "a pressure of its own takes it" if mixed else f"{', '.join(fluid)} without solid" if fluid else "asked for"
-    return f"second order on triangles with curved sides ({why})"
+    return f"second order on {shapes} ({why})"
 
 
 def _describe_pressure(setup: Setup, modelled: dict[str, str], left: dict[str, str]) -> None:
@@ -198,11 +201,14 @@ def _describe_rest(setup: Setup, modelled: dict[str, str], left: dict[str, str])
     if setup.place.slide_um:
         way = f"{setup.place.slide_um:.6g} um along x"
         modelled["place"] = f"moved by {way}: there the cell, which touched on a slope, rests on both sides"
-    if setup.half:
-        modelled["symmetry"] = "half cell, u_x = 0 on the axis"
-    elif not scene.cell.inertia:
-        sideways = " and mean u_x" if setup.free_sideways else ""
-        modelled["rigid modes"] = f"mean rotation{sideways} set to 0: nothing resists them"
+    space = scene.cell.geometry == "3d"
+    if scene.mirrors:
+        planes = " and ".join(f"u_{axis} = 0 on {axis} = 0" for axis in scene.mirrors)
+        modelled["symmetry"] = f"{scene.cell.shape} cell, {planes if space else 'u_x = 0 on the axis'}"
+    if setup.turns and not scene.cell.inertia:
+        turning, sideways = ("rotations", "horizontal displacements") if space else ("rotation", "u_x")
+        held = f"mean {turning}" + (f" and mean {sideways}" if setup.free_sideways else "")
+        modelled["rigid modes"] = f"{held} set to 0: nothing resists them"
     if setup.body.rate_dependent:
         modelled["time"] = f"variable-step BDF2, rtol {scene.time.rtol:g}"
     else:

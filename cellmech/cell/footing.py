@@ -118,7 +118,7 @@ def feet(scene: Scene, load: float, pressure: Callable[[float], float]) -> tuple
     radius, x0, turned = scene.radius_um, scene.cell.centre_x_um, scene.cell.geometry == "axisymmetric"
     half = scene.cell.shape == "half"
     cell = Pillar(x0, 0.0, radius, radius, 2.0)
-    arches: list[Pillar | None] = [arch for stand in standing(scene) if isinstance(arch := stand.arch, Pillar)]
+    arches: list[Pillar | None] = [stand.arch for stand in standing(scene) if isinstance(stand.arch, Pillar)]
     if scene.flat is not None:
         arches.append(None)
     touches = []

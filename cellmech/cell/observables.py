@@ -29,10 +29,14 @@ from cellmech.cell.samples import (
     exceeded_on,
     merge,
 )
+from cellmech.cell.shape import nucleus_shape
 from cellmech.errors import MeshError
+from cellmech.fem.boundary import boundary
 from cellmech.fem.outline import Outline
-from cellmech.mechanics.kinematics import Kinematics
-from cellmech.mechanics.obstacles import Obstacle, Pillar
+from cellmech.fem.surface import Surface
+from cellmech.mechanics.kinematics import Axisymmetric, Kinematics
+from cellmech.mechanics.obstacles import Obstacle
+from cellmech.scene.substrate import Upright
 from cellmech.solver.det_f import order_of, quadrature
 from cellmech.solver.simulation import Run
 
@@ -64,7 +68,8 @@ class Layout:
 
     Args:
         centre: of the cell at the start, as many coordinates as the mesh has [µm].
-        half: whether its section is half a disc.
+        half: whether its section at z = 0 is half a disc.
+        mirrored: coordinates whose planes of symmetry bound what is modelled.
         copies: how many times the modelled part makes the whole cell.
         regions: reported regions by name.
         groups: names of the cell groups a region consists of, for the regions that are meshed apart.
@@ -75,10 +80,11 @@ class Layout:
 
     centre: tuple[float, ...]
     half: bool
+    mirrored: tuple[int, ...]
     copies: int
     regions: Mapping[str, Ring]
     groups: Mapping[str, tuple[str, ...]]
-    pillars: tuple[Pillar, ...]
+    pillars: tuple[Upright, ...]
     lift_um: float = 0.0
     slide_um: float = 0.0
 
@@ -108,8 +114,8 @@ class Observer:
         self.gradient = PressureGradient(run, self.samples, points, order)
         self._fine: Samples | None = None
         self.regions = {name: self._region(name) for name in layout.regions}
-        self.nucleus = Outline(body.domain, body.space, "nucleus_outline")
-        self._poles = [self._pole(-1.0), self._pole(1.0)]
+        self.nucleus = boundary(body.domain, body.space, "nucleus_outline", layout.mirrored)
+        self.surface = boundary(body.domain, body.space, "outer", layout.mirrored)
         self.peaks: dict[str, dict[str, tuple[float, float]]] = {name: {} for name in layout.regions}
 
     def _region(self, name: str) -> Region:
@@ -143,26 +149,19 @@ class Observer:
         within = r.mean(axis=1, keepdims=True) < nucleus_um
         return np.broadcast_to(within == (ring.outer_um <= nucleus_um), r.shape)
 
-    def _pole(self, sign: float) -> np.ndarray:
-        """The owned dof of the nucleus outline's bottom (-1) or top (1) point on the axis, empty on other ranks."""
-        target = np.array(self.layout.centre)
-        target[1] += sign * self.layout.regions["nucleus"].outer_um
-        hit = np.linalg.norm(self.nucleus.reference - target, axis=-1) < 1e-6 * self.layout.regions["nucleus"].outer_um
-        return self.nucleus.dofs[hit][:1]
-
-    def _position(self, pole: np.ndarray) -> np.ndarray:
-        """Deformed position of a pole [µm]. Collective.
+    def _position(self, outline: Outline, sign: float) -> np.ndarray:
+        """Deformed position of the nucleus outline's bottom (-1) or top (1) point on the axis [µm]. Collective.
 
         Raises:
             MeshError: the mesh has no node there.
         """
-        X = self.run.body.space.tabulate_dof_coordinates()[:, : self.dim]
-        u = self.run.u.reshape(X.shape)
-        mine = (X[pole[0]] + u[pole[0]]) if len(pole) else None
-        found = [p for p in self.comm.allgather(mine) if p is not None]
+        radius, u = self.layout.regions["nucleus"].outer_um, self.run.state.u
+        target = np.add(self.layout.centre, (0.0, sign * radius))
+        hit = np.linalg.norm(outline.reference - target, axis=-1) < 1e-6 * radius
+        found = [p for part in self.comm.allgather(outline.nodes(u)[hit][:1]) for p in part]
         if not found:
             raise MeshError("the nucleus outline has no node on the cell's axis")
-        return found[0]
+        return np.asarray(found[0])
 
     def observe(self, t_s: float) -> dict[str, Any]:
         """Evaluate everything after an accepted step (before history moves); nested as in result.json. Collective."""
@@ -179,6 +178,14 @@ class Observer:
             result[name]["sigma_mises_p99_Pa"] = value
         result |= self._shares()
         result["shape_index"], result["lamina_pillar_distance_um"] = self._shape()
+        tops = [pillar.y_um + pillar.height_um for pillar in self.layout.pillars]
+        result["nucleus_shape"] = nucleus_shape(
+            self.nucleus,
+            self.run.state.u,
+            half=self.layout.half,
+            turned=isinstance(self.kinematics, Axisymmetric),
+            top_um=max(tops, default=None),
+        )
         result["contact"], result["energy"] = self._contact(), self._energy()
         return result
 
@@ -237,16 +244,23 @@ class Observer:
 
     def _shape(self) -> tuple[dict[str, float], float | None]:
         """Shape indices of the nucleus outline (eq. 33) and the gap between lamina and pillar on the axis [µm]."""
-        length, area = self.nucleus.extent(self.run.state.u)
-        bottom, top = (self._position(pole) for pole in self._poles)
-        half_length, half_area = (whole / (1 if self.layout.half else 2) for whole in (length, area))
+        u = self.run.state.u
+        if isinstance(self.nucleus, Surface):
+            section = self.nucleus.section_moments(u, level=self.layout.centre[2])
+            length, area = section.length, section.area
+            bottom, top = (self.nucleus.pole(u, sign) for sign in (-1.0, 1.0))
+        else:
+            length, area = self.nucleus.extent(u)
+            bottom, top = (self._position(self.nucleus, sign) for sign in (-1.0, 1.0))
+        halved = self.layout.half and not isinstance(self.nucleus, Surface)  # whose sections are whole
+        half_length, half_area = (whole / (1 if halved else 2) for whole in (length, area))
         straight = float(np.linalg.norm(top - bottom))
         index = {
             "full": 4 * np.pi * 2 * half_area / (2 * half_length) ** 2,
             "half_outline": 4 * np.pi * half_area / (half_length + straight) ** 2,
             "half_area_full_perimeter": 4 * np.pi * half_area / (2 * half_length) ** 2,
         }
-        tops = [pillar.top(float(bottom[0])) for pillar in self.layout.pillars]
+        tops = [pillar.top(float(bottom[0]), *map(float, bottom[2:])) for pillar in self.layout.pillars]
         below = [y for y in tops if y is not None]
         return index, float(bottom[1] - max(below)) if below else None
 
@@ -268,11 +282,15 @@ class Observer:
         obstacles: tuple[Obstacle, ...] = (*run.body.obstacles, *run.out_of_reach)
         if run.body.contact is not None and obstacles:
             contact = run.body.contact
-            depth = run.outline.max_depth(run.state.u, obstacles)
-            length = run.outline.contact_length_x(run.state.u, obstacles, contact.threshold_um)
+            depth = self.surface.max_depth(run.state.u, obstacles)
             result["max_depth_um"] = max(depth, 0.0)
             result["max_pressure_Pa"] = contact.pressure_at(depth)
-            result["half_width_um"] = length if layout.half else length / 2
+            if isinstance(self.surface, Surface):
+                patch = self.surface.contact_area(run.state.u, obstacles, contact.threshold_um)
+                result |= {"half_width_um": patch.radius_um, "area_um2": patch.area_um2}
+            else:
+                length = self.surface.contact_length_x(run.state.u, obstacles, contact.threshold_um)
+                result["half_width_um"] = length if layout.half else length / 2
         return result
 
     def _energy(self) -> dict[str, float | None]:

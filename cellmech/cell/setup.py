@@ -14,44 +14,48 @@ from dolfinx import fem
 from mpi4py import MPI
 from petsc4py import PETSc
 
+from cellmech.causes import Cause
 from cellmech.cell.additions import Additions
-from cellmech.cell.footing import follow, modulus_of
 from cellmech.cell.layering import INSIDE_OUT, MERGED, MeshPlan, fade_of
+from cellmech.cell.meshing import mesh_spec
 from cellmech.cell.observables import Layout, Ring
 from cellmech.errors import InputError, SolveError
+from cellmech.fem.boundary import boundary
 from cellmech.fem.coefficients import mixtures
 from cellmech.fem.domain import Domain, build_domain, whole
 from cellmech.fem.jit import displacement_space, pressure_space
-from cellmech.fem.outline import Outline
 from cellmech.mechanics.balance import Body
 from cellmech.mechanics.contact import Contact, smooth_step
 from cellmech.mechanics.kinematics import GEOMETRIES
 from cellmech.mechanics.laws import LAWS
 from cellmech.mechanics.materials import Material
 from cellmech.mechanics.obstacles import Flat, Obstacle, Pillar
+from cellmech.mechanics.pillars import RoundPillar, SquarePillar
+from cellmech.mesh.ball import BallSpec
 from cellmech.mesh.disc import DiscSpec
 from cellmech.scene.parts import LAYER_NAMES, LayerName
 from cellmech.scene.placement import STEEP, Placement, placement, rest_beside, slope_at
 from cellmech.scene.scene import Scene
-from cellmech.scene.substrate import facing
+from cellmech.scene.substrate import facing, standing, symmetric
 from cellmech.solver.rigid_modes import rigid_modes
 from cellmech.solver.schedule import LOAD_STEPS, SMALL, Schedule
 from cellmech.solver.simulation import Run
+from cellmech.solver.state import free_translations
 
 # Units inside: µm, s, Pa.
 KG_M3 = 1e-12  # kg/m^3 in Pa s^2/µm^2
 M_S2 = 1e6  # m/s^2 in µm/s^2
 
-ZONE_OVER_HERTZ = 1.32  # on Table 1 the contact edge lies at 0.9 of Hertz's half-width, the membrane's peaks beyond it
 NEAR = 5e-4  # of the radius: an obstacle that near is modelled from the start
+PLANES = {"axis": 0, "symmetry x": 0, "symmetry z": 2}  # facet groups, and the component that is held on each
 SMALL_FALL = 1e-5  # of a fall: errors of its first moments, which it carries on, are relative to no less
 OVERLAP = 1e-6  # of the radius: so deep an obstacle may begin, for rounding
 NONE = Additions()
 _MESHES = MPI.Comm.Create_keyval()  # a number of a communicator would not do: MPI gives it to another one after `Free`
 
 
-def _domain(spec: DiscSpec, comm: MPI.Comm) -> Domain:
-    """The mesh of a disc; a communicator keeps its last few, so that they end with it (collective)."""
+def _domain(spec: DiscSpec | BallSpec, comm: MPI.Comm) -> Domain:
+    """The mesh of a disc or a ball; a communicator keeps its last few, so that they end with it (collective)."""
     kept: Any = comm.Get_attr(_MESHES)
     if kept is None:
         kept = lru_cache(maxsize=4)(partial(build_domain, comm=comm))
@@ -75,20 +79,20 @@ def material(scene: Scene, name: LayerName) -> Material:
 def mixed_layers(scene: Scene) -> frozenset[LayerName]:
     """Layers whose pressure is an unknown of its own: nearly incompressible ones, unless the scene says otherwise.
 
-    Smeared layers have one pressure, and so one form: all are mixed as soon as one should be. Only elements of second
+    Smeared layers have one pressure, and so one form: all are mixed as soon as one should be. Only triangles of second
     order have a mixed form here.
     """
-    if scene.mesh.pressure == "none" or scene.mesh.order != 2:
+    if scene.mesh.pressure == "none" or scene.mesh.order != 2 or scene.cell.geometry == "3d":
         return frozenset()
     wanted = scene.nearly_incompressible()
     everywhere = scene.mesh.pressure == "mixed" or (wanted and scene.cell.layers == "smeared")
     return frozenset(LAYER_NAMES if everywhere else wanted)
 
 
-def smeared_weights(scene: Scene, domain: Domain, centre: tuple[float, float]) -> dict[str, Any]:
+def smeared_weights(scene: Scene, domain: Domain, centre: tuple[float, ...]) -> dict[str, Any]:
     """The paper's characteristic functions g_i [-] (eqs 2-5), H of positive argument inside; no fade at the rim."""
     X = ufl.SpatialCoordinate(domain.mesh)
-    r = ufl.sqrt((X[0] - centre[0]) ** 2 + (X[1] - centre[1]) ** 2)
+    r = ufl.sqrt(sum((X[k] - c) ** 2 for k, c in enumerate(centre)))
     width = fem.Constant(domain.mesh, float(scene.cell.smear_um or 0.0))
     weights: dict[str, Any] = {}
     inside: Any = 0.0
@@ -136,37 +140,17 @@ class Setup:
         self.kinematics = GEOMETRIES[scene.cell.geometry]
         self.place: Placement = placement(scene)
         self.lift_um = scene.cell.gap_um if self.place.touch and not scene.cell.inertia else 0.0
-        x, y = self.place.centre[:2]
-        self.centre = (x, y - self.lift_um)
+        x, y, *z = self.place.centre
+        self.centre = (x, y - self.lift_um, *z)
         self.interfaces = plan.interfaces(scene)
         density = scene.cell.density_kg_m3 - scene.cell.medium_density_kg_m3
         self.force_density = density * KG_M3 * scene.load.gravity_m_s2 * M_S2 * scene.load.factor
         self.weight = self.force_density * self.kinematics.ball(scene.radius_um)
         self.contact = self._contact()
-        standard = DiscSpec(
-            shape=scene.cell.shape,
-            centre=self.centre,
-            interfaces=self.interfaces,
-            nucleus_radius_um=scene.nucleus_radius_um,
-            size_um=scene.mesh.size_um,
-            contact_size_um=scene.mesh.contact_size_um,
-            order=min(scene.mesh.order, 2),
-            thin_layers=scene.mesh.thin_layers,
-            touch=tuple((touch.at[0], touch.at[1]) for touch in self.place.touch),
-            contact_zone_um=self._contact_zone_um(),
-            grading=plan.grading,
-        )
-        fitted = scene.mesh.grading == "fitted"
-        self.spec = follow(standard, scene, self.weight, self.contact.pressure_at) if fitted else standard
+        self.spec = mesh_spec(scene, plan, self.centre, self.place.touch, self.weight, self.contact)
         self.domain = _domain(self.spec, comm)
         self.obstacles = additions.beside(obstacles_of(scene), scene.radius_um if self.half else None)
         self.body, self.out_of_reach = self._body()
-
-    def _contact_zone_um(self) -> float:
-        """Radius of the finely meshed zone [µm]: somewhat more than Hertz's half-width on the cytosol's solid."""
-        radius, modulus = self.scene.radius_um, modulus_of(self.scene)
-        half_width = self.kinematics.hertz_um(abs(self.weight), radius, modulus)
-        return radius * min(max(ZONE_OVER_HERTZ * half_width / radius, 0.1), 1.0)
 
     def _contact(self) -> Contact:
         """How obstacles push, whether there are any or not."""
@@ -205,7 +189,7 @@ class Setup:
             mixtures=mixtures(domain, layers if smeared else groups, blend),
             space=space,
             bcs=self.symmetry(space),
-            body_force=(0.0, -self.force_density),
+            body_force=tuple(-self.force_density if k == 1 else 0.0 for k in range(self.kinematics.components)),
             contact=contact,
             density=scene.cell.density_kg_m3 * KG_M3 if scene.cell.inertia else None,
             amplitude=ramp(scene.load.half_ramp_s),
@@ -214,7 +198,7 @@ class Setup:
             pressure_space=pressure_space(domain.mesh) if mixed else None,
             kinematics=self.kinematics,
         )
-        outline, rest = Outline(domain, space, "outer"), fem.Function(space)
+        outline, rest = boundary(domain, space, "outer"), fem.Function(space)
         gap = -max(self.contact.width, NEAR * scene.radius_um)
         depths = {label: outline.max_depth(rest, [o]) for label, o in self.obstacles.items()}
         for label in self.additions.obstacles:
@@ -227,17 +211,21 @@ class Setup:
         return dataclasses.replace(body, obstacles=reached), others
 
     def symmetry(self, space: Any) -> tuple[Any, ...]:
-        """u_x = 0 on the axis of a half cell."""
-        if not self.half:
-            return ()
-        tags = self.domain.facet_tags
-        facets = tags.indices[tags.values == self.domain.facets["axis"]]
-        dofs = fem.locate_dofs_topological(space.sub(0), 1, facets)
-        return (fem.dirichletbc(PETSc.ScalarType(0), dofs, space.sub(0)),)
+        """No displacement across the planes, or the axis, at which the modelled part ends."""
+        tags, found = self.domain.facet_tags, []
+        for name, component in PLANES.items():
+            if name in self.domain.facets:
+                facets = tags.indices[tags.values == self.domain.facets[name]]
+                dofs = fem.locate_dofs_topological(space.sub(component), tags.dim, facets)
+                found.append(fem.dirichletbc(PETSc.ScalarType(0), dofs, space.sub(component)))
+        return tuple(found)
 
     @property
     def mirror_symmetric(self) -> bool:
-        """Whether the obstacles are symmetric about the cell's vertical axis."""
+        """Whether the obstacles are symmetric about the cell's vertical axis, in space about both planes through it."""
+        if self.kinematics.components == 3:
+            arches = [stand.arch for stand in standing(self.scene)]
+            return self.centre[::2] == (0.0, 0.0) and all(symmetric(arches, axis) for axis in "xz")
         x0 = 2 * self.centre[0]
         pillars = [o for o in self.obstacles.values() if isinstance(o, Pillar)]
         if len(pillars) + (self.scene.flat is not None) < len(self.obstacles):
@@ -252,6 +240,11 @@ class Setup:
         return hardly or self.mirror_symmetric or all(isinstance(o, Flat) for o in self.body.obstacles)
 
     @property
+    def turns(self) -> bool:
+        """Whether the modelled part is free to move along a horizontal axis, and so to turn."""
+        return bool(np.any(free_translations(self.body)[::2]))
+
+    @property
     def falls(self) -> bool:
         """Whether the cell begins in the air and its fall is computed."""
         return self.scene.cell.inertia and (self.scene.cell.gap_um > 0 or not self.place.touch)
@@ -261,15 +254,15 @@ class Setup:
         if self.scene.cell.inertia or self.weight == 0:
             return
         if self.weight < 0:
-            raise SolveError("floats: the medium is denser than the cell, no equilibrium without inertia")
+            raise SolveError(Cause.FLOATS.reason())
         slope = slope_at(self.scene, self.place.touch)
         if abs(slope) > STEEP:
             touch, way = self.place.touch[0], rest_beside(self.scene)
-            text = f"slides: no equilibrium; the only touch is on a slope (x = {touch.at[0]:.4g} um, normal tilted by "
-            text += f"{math.degrees(math.asin(slope)):.3g} degrees) and contact is frictionless"
+            told = f"the only touch is on a slope (x = {touch.at[0]:.4g} um, normal tilted by "
+            told += f"{math.degrees(math.asin(slope)):.3g} degrees) and contact is frictionless"
             if way is not None:
-                text += f"; it would rest at cell.centre_x_um = {self.place.centre[0] + way:.6g}"
-            raise SolveError(text)
+                told += f"; it would rest at cell.centre_x_um = {self.place.centre[0] + way:.6g}"
+            raise SolveError(Cause.SLIDES.reason(told=told))
 
     def layout(self) -> Layout:
         """What the observables need to know of the geometry."""
@@ -280,8 +273,17 @@ class Setup:
         groups: dict[str, tuple[str, ...]] = {"nucleus": nucleus, "cell": tuple(apart)}
         pieces = {name: tuple(n for n in apart if whole(n) == name) for name in INSIDE_OUT}
         groups |= {name: own for name, own in pieces.items() if own}
-        pillars = tuple(o for o in self.obstacles.values() if isinstance(o, Pillar))
-        return Layout(self.centre, self.half, scene.copies, regions, groups, pillars, self.lift_um, self.place.slide_um)
+        return Layout(
+            centre=self.centre,
+            half="x" in scene.mirrors,
+            mirrored=tuple("xyz".index(axis) for axis in scene.mirrors),
+            copies=scene.copies,
+            regions=regions,
+            groups=groups,
+            pillars=tuple(o for o in self.obstacles.values() if isinstance(o, Pillar | RoundPillar | SquarePillar)),
+            lift_um=self.lift_um,
+            slide_um=self.place.slide_um,
+        )
 
     def schedule(self) -> Schedule:
         """Times to land on, and the tolerance."""
@@ -315,6 +317,6 @@ class Setup:
     def create_run(self, log: Callable[[str], None]) -> Run:
         """The run, its zero modes removed where the scene has any."""
         modes = None
-        if not self.half and not self.scene.cell.inertia:
+        if self.turns and not self.scene.cell.inertia:
             modes = rigid_modes(self.body, self.centre, sideways=self.free_sideways)
         return Run(self.body, self.schedule(), self.force_scale, self.out_of_reach, modes, not self.falls, log)

@@ -5,14 +5,26 @@ It may import: mechanics, mesh.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from cellmech.doors import door
+
+if TYPE_CHECKING:  # what type checkers see of the names below
+    from cellmech.fem.coefficients import mixtures
+    from cellmech.fem.domain import Domain, build_domain
+    from cellmech.fem.jit import PointValues
+    from cellmech.fem.outline import Outline
+    from cellmech.fem.shared_memory import release
+    from cellmech.fem.started import MPI
 
 _HOMES = {
     "Domain": "domain",
+    "MPI": "started",
     "Outline": "outline",
     "PointValues": "jit",
     "build_domain": "domain",
     "mixtures": "coefficients",
+    "release": "shared_memory",
 }
 __all__ = list(_HOMES)
 __getattr__ = door(__name__, _HOMES)

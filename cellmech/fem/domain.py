@@ -15,9 +15,13 @@ from mpi4py import MPI
 from cellmech.errors import CellmechError, MeshError
 from cellmech.fem import fenicsx
 from cellmech.mesh import store
+from cellmech.mesh.ball import BallSpec
+from cellmech.mesh.ball_mesh import build_ball
+from cellmech.mesh.elements import jacobian_coefficients, shape_measures
 from cellmech.mesh.geometry import DiscSpec, build_disc, interrupt_kept
 
 T = TypeVar("T")
+KINDS = {1: (1, 8), 2: (2, 9), 3: (4, 11)}  # Gmsh's numbers of elements of order 1 and 2, by dimension
 
 
 @dataclass(frozen=True)
@@ -25,7 +29,7 @@ class Domain:
     """A mesh with its named groups.
 
     Args:
-        mesh: triangles, straight or of second order [µm].
+        mesh: triangles or tetrahedra, straight or of second order [µm].
         cell_tags: group numbers of cells.
         facet_tags: group numbers of facets.
         cells: number of each group of cells, by name.
@@ -81,8 +85,8 @@ def whole(name: str) -> str:
     return name.rstrip("0123456789 ")
 
 
-def build_domain(spec: DiscSpec, comm: MPI.Comm) -> Domain:
-    """Mesh a disc on rank 0 and distribute it (collective).
+def build_domain(spec: DiscSpec | BallSpec, comm: MPI.Comm) -> Domain:
+    """Mesh a disc or a ball on rank 0 and distribute it (collective).
 
     Raises:
         MeshError: on every rank, if Gmsh failed or an element is inverted.
@@ -94,7 +98,7 @@ def build_domain(spec: DiscSpec, comm: MPI.Comm) -> Domain:
             if (known := store.kept(spec)) is not None:
                 stack.enter_context(store.without_gmsh())
                 return known
-            made = stack.enter_context(build_disc(spec))
+            made = build_ball(spec) if isinstance(spec, BallSpec) else stack.enter_context(build_disc(spec))
             store.keep(spec, made)
             return made
 
@@ -109,9 +113,10 @@ def from_gmsh(model: Any, comm: MPI.Comm) -> Domain:
     Raises:
         MeshError: on every rank, if a group has no name or an element has a Jacobian that is not positive.
     """
-    cells, facets = _from_root(comm, lambda: (_groups(model, 2), _groups(model, 1)))
+    dim = _from_root(comm, lambda: 3 if model.getPhysicalGroups(3) else 2)
+    cells, facets = _from_root(comm, lambda: (_groups(model, dim, dim), _groups(model, dim - 1, dim)))
     with interrupt_kept():
-        mesh, cell_tags, facet_tags = fenicsx.model_to_mesh(model, comm)
+        mesh, cell_tags, facet_tags = fenicsx.model_to_mesh(model, comm, dim)
     check_elements(mesh)
     quality = mesh_quality(mesh)
     for name, number in cells.items():
@@ -121,7 +126,7 @@ def from_gmsh(model: Any, comm: MPI.Comm) -> Domain:
 
 
 def check_elements(mesh: Any) -> None:
-    """Make sure that the Jacobian determinant is positive all over every triangle (collective).
+    """Make sure that the Jacobian determinant is positive all over every element (collective).
 
     Raises:
         MeshError: on every rank, with the number of bad elements and where the worst ones are.
@@ -129,42 +134,24 @@ def check_elements(mesh: Any) -> None:
     points = fenicsx.cell_points(mesh)
     lowest = jacobian_coefficients(points).min(axis=1)
     bad = np.nonzero(~(lowest > 0.0))[0]
-    places = points[bad][:, :3].mean(axis=1)
-    found = mesh.comm.allgather([(float(d), *xy) for d, xy in zip(lowest[bad], places.tolist(), strict=True)])
+    places = points[bad][:, : points.shape[2] + 1].mean(axis=1)
+    found = mesh.comm.allgather([(float(d), *at) for d, at in zip(lowest[bad], places.tolist(), strict=True)])
     worst = sorted(element for rank in found for element in rank)
     if worst:
         elements = mesh.topology.index_map(mesh.topology.dim).size_global
-        where = ", ".join(f"({x:.4g}, {y:.4g})" for _, x, y in worst[:5]) + (", ..." if len(worst) > 5 else "")
+        where = ", ".join("(" + ", ".join(f"{x:.4g}" for x in at) + ")" for _, *at in worst[:5])
+        where += ", ..." if len(worst) > 5 else ""
         raise MeshError(
             f"the Jacobian is not positive all over {len(worst)} of {elements} elements, "
             f"centred at {where} µm. A smaller size_um or thicker layers may help"
         )
 
 
-def jacobian_coefficients(points: np.ndarray) -> np.ndarray:
-    """Bernstein coefficients of the Jacobian determinant of triangles [µm²], shape (cells, 1 or 6).
-
-    The determinant of a second-order triangle is quadratic: it lies between its least and its largest coefficient.
-
-    Args:
-        points: geometry nodes in DOLFINx's order, shape (cells, 3 or 6, 2) [µm].
-
-    Source: Johnen, Remacle, Geuzaine, J. Comput. Phys. 233 (2013) 359-372.
-    """
-    if points.shape[1] == 3:
-        return _determinant(points[:, 1:] - points[:, :1])[:, None]
-    corners = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]
-    values = [_determinant(_gradients(x, y) @ points) for x, y in (*corners, (0.5, 0.5), (0.0, 0.5), (0.5, 0.0))]
-    edges = [2 * values[3 + k] - (values[i] + values[j]) / 2 for k, (i, j) in enumerate(((1, 2), (0, 2), (0, 1)))]
-    return np.stack([*values[:3], *edges], axis=1)
-
-
 def mesh_quality(mesh: Any) -> dict[str, float]:
     """How good a mesh is (collective).
 
-    Shape quality is twice the inscribed over the circumscribed radius of the corner triangle, 1 at best; aspect ratio
-    its longest edge over its least height, 1.15 at best. Both are poor by design in structured thin layers. The scaled
-    Jacobian is an element's lowest over its largest Jacobian (Bernstein bounds): 1 for straight edges.
+    Shape quality and aspect ratio are those of `shape_measures`, both poor by design in structured thin layers. The
+    scaled Jacobian is an element's lowest over its largest Jacobian (Bernstein bounds): 1 for straight edges.
 
     Returns:
         `cells`, `min_scaled_jacobian`, `min_shape_quality`, `mean_shape_quality`, `max_aspect_ratio`, `min_edge_um`
@@ -172,14 +159,11 @@ def mesh_quality(mesh: Any) -> dict[str, float]:
     """
     points = fenicsx.cell_points(mesh)
     jacobian = jacobian_coefficients(points)
-    corners = points[:, :3]
-    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
-    area = np.abs(_determinant(corners[:, 1:] - corners[:, :1])) / 2
-    shape = 16 * area**2 / (edges.sum(axis=1) * edges.prod(axis=1))
+    shape, aspect, edges = shape_measures(points[:, : points.shape[2] + 1])
     local = {
         "min_scaled_jacobian": jacobian.min(axis=1) / jacobian.max(axis=1),
         "min_shape_quality": shape,
-        "max_aspect_ratio": edges.max(axis=1) ** 2 / (2 * area),
+        "max_aspect_ratio": aspect,
         "min_edge_um": edges.min(axis=1),
         "max_edge_um": edges.max(axis=1),
     }
@@ -193,23 +177,8 @@ def mesh_quality(mesh: Any) -> dict[str, float]:
     return quality
 
 
-def _gradients(x: float, y: float) -> np.ndarray:
-    """Derivatives of the second-order shape functions by the reference coordinates, shape (2, 6), DOLFINx's order."""
-    z = 1 - x - y
-    return np.array(
-        [
-            [1 - 4 * z, 4 * x - 1, 0.0, 4 * y, -4 * y, 4 * (z - x)],
-            [1 - 4 * z, 0.0, 4 * y - 1, 4 * x, 4 * (z - y), -4 * x],
-        ]
-    )
-
-
-def _determinant(matrices: np.ndarray) -> np.ndarray:
-    return matrices[:, 0, 0] * matrices[:, 1, 1] - matrices[:, 0, 1] * matrices[:, 1, 0]
-
-
-def _groups(model: Any, dim: int) -> dict[str, int]:
-    """Numbers of the model's physical groups of one dimension, by name."""
+def _groups(model: Any, dim: int, of_cells: int) -> dict[str, int]:
+    """Numbers of the model's physical groups of one dimension, by name; cells have the dimension `of_cells`."""
     numbers = {}
     for _, number in model.getPhysicalGroups(dim):
         name = model.getPhysicalName(dim, number)
@@ -218,12 +187,11 @@ def _groups(model: Any, dim: int) -> dict[str, int]:
         numbers[name] = int(number)
         for entity in model.getEntitiesForPhysicalGroup(dim, number):
             kinds = list(model.mesh.getElements(dim, entity)[0])
-            if kinds not in ([1], [8], [2], [9]):
-                raise MeshError(
-                    f"group {name!r} must hold triangles and their edges, of order 1 or 2; Gmsh kind {kinds}"
-                )
-    if dim == 2 and not numbers:
-        raise MeshError("the Gmsh model has no physical group of surfaces")
+            if kinds not in ([kind] for kind in KINDS[dim]):
+                what = "triangles and their edges" if of_cells == 2 else "tetrahedra and their faces"
+                raise MeshError(f"group {name!r} must hold {what}, of order 1 or 2; Gmsh kind {kinds}")
+    if dim == of_cells and not numbers:
+        raise MeshError("the Gmsh model has no physical group of surfaces or volumes")
     return numbers
 
 

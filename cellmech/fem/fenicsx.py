@@ -28,6 +28,8 @@ from cellmech.fem import p2_bubble, shared_memory
 
 OLD = tuple(int(part) for part in dolfinx.__version__.split(".")[:2]) < (0, 9)
 
+CANDIDATES = 40  # cells whose midpoints are nearest to a place, one of which holds it
+
 if MPI.COMM_WORLD.size == 1:  # whoever solves comes through here, but with several ranks perhaps not all at once
     shared_memory.release(MPI.COMM_WORLD)
 
@@ -103,11 +105,11 @@ def model_to_mesh(model: Any, comm: MPI.Comm, gdim: int = 2) -> tuple[Any, Any, 
 
 
 def cell_points(mesh: Any) -> np.ndarray:
-    """Coordinates of the geometry nodes of this rank's own cells, shape (cells, nodes, 2)."""
+    """Coordinates of the geometry nodes of this rank's own cells, shape (cells, nodes, dimension)."""
     dofs, cells = mesh.geometry.dofmap, mesh.topology.index_map(mesh.topology.dim).size_local
     if OLD:
         dofs = dofs.array.reshape(dofs.num_nodes, -1)
-    return mesh.geometry.x[dofs[:cells], :2]
+    return mesh.geometry.x[dofs[:cells], : mesh.geometry.dim]
 
 
 def displacement_space(mesh: Any, degree: int, jit: dict[str, Any], bubble: bool = False) -> Any:
@@ -137,6 +139,18 @@ def _p2_bubble() -> Any:
     from basix.ufl import custom_element
 
     return custom_element(*start, basix.MapType.identity, basix.SobolevSpace.H1, False, *degrees)
+
+
+def interpolation_matrix(coarse: Any, fine: Any) -> PETSc.Mat:
+    """Values at the nodes of one space of a function of another one on the same mesh (collective)."""
+    if OLD:
+        matrix = dolfinx.cpp.fem.petsc.interpolation_matrix(coarse._cpp_object, fine._cpp_object)
+    else:
+        from dolfinx.fem.petsc import interpolation_matrix as interpolated
+
+        matrix = interpolated(coarse, fine)
+    matrix.assemble()
+    return matrix
 
 
 def discontinuous_space(mesh: Any, degree: int, jit: dict[str, Any]) -> Any:
@@ -179,6 +193,36 @@ def mesh_of(expression: Any) -> Any:
 def evaluate(expression: Any, mesh: Any, cells: np.ndarray) -> np.ndarray:
     """Values of a compiled expression in the cells, shape (n_cells, n_points * value_size)."""
     return expression.eval(cells) if OLD else expression.eval(mesh, cells)
+
+
+def interpolated(function: Any, space: Any) -> np.ndarray:
+    """A function in another space on the same mesh, ghosts included, flat."""
+    other = fem.Function(space)
+    other.interpolate(function)
+    other.x.scatter_forward()
+    return other.x.array.copy()
+
+
+def values_at(function: Any, places: np.ndarray) -> np.ndarray:
+    """A function's values at places [µm], shape (n, 3), on a mesh of tetrahedra that this rank has alone.
+
+    Outside the mesh those of the nearest cell are continued. Source of the cells: DOLFINx's own search gives up at flat
+    elements, so of each place's nearest midpoints the cell counts whose corners hold it best.
+
+    Returns:
+        Shape (n, value size).
+    """
+    from scipy.spatial import cKDTree
+
+    corners = cell_points(function.function_space.mesh)[:, :4]
+    inverse = np.linalg.inv(np.moveaxis(corners[:, 1:] - corners[:, :1], 1, 2))
+    tree, cells = cKDTree(corners.mean(axis=1)), np.zeros(len(places), dtype=np.int32)
+    for some in np.array_split(np.arange(len(places)), len(places) // 5000 + 1):
+        _, near = tree.query(places[some], min(CANDIDATES, len(corners)))
+        local = np.einsum("pcij,pcj->pci", inverse[near], places[some, None] - corners[near, 0])
+        worst = np.minimum(local.min(axis=-1), 1 - local.sum(axis=-1))
+        cells[some] = np.take_along_axis(near, worst.argmax(axis=1)[:, None], axis=1)[:, 0]
+    return np.asarray(function.eval(places, cells)).reshape(len(places), -1)
 
 
 def solve(snes: PETSc.SNES, x: PETSc.Vec) -> None:

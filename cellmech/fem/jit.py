@@ -22,8 +22,9 @@ from typing import IO, Any, TypeVar
 import numpy as np
 from mpi4py import MPI
 
+from cellmech.causes import Cause
 from cellmech.console import say
-from cellmech.errors import COMPILER, CompilerError
+from cellmech.errors import CompilerError
 from cellmech.fem import compiler, fenicsx
 from cellmech.sources import cache_directory
 
@@ -135,7 +136,7 @@ def _compiled(comm: MPI.Comm, make: Callable[[dict[str, Any]], T]) -> T:
             return make(options)
         lacking = compiler.fault(fault) if fault is not None else ""
         if lacking := comm.bcast(lacking) if comm.size > 1 else lacking:
-            raise CompilerError(f"{COMPILER}: {lacking}") from fault
+            raise CompilerError(str(Cause.COMPILER.reason(told=lacking))) from fault
         if fault is not None:
             raise fault
         return made

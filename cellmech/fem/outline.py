@@ -39,6 +39,30 @@ def deepest(obstacles: Iterable[Obstacle], x: np.ndarray) -> np.ndarray:
     return result
 
 
+def owned_dofs(domain: Domain, space: fem.FunctionSpace, name: str) -> np.ndarray:
+    """Dofs of the facets of a group that this rank owns, shape (n_facets, n_nodes): of ends, then sides, then inside.
+
+    Args:
+        domain: the mesh, of triangles or tetrahedra.
+        space: of Lagrange functions.
+        name: facet group, on the boundary or between cells; an absent one has no facets.
+    """
+    topology, tags, layout = domain.mesh.topology, domain.facet_tags, space.dofmap.dof_layout
+    dim = topology.dim
+    facets = tags.indices[tags.values == domain.facets[name]] if name in domain.facets else np.empty(0, np.int32)
+    facets = facets[facets < topology.index_map(dim - 1).size_local]
+    topology.create_connectivity(dim - 1, dim)
+    topology.create_connectivity(dim, dim - 1)
+    to_cell, to_facet = topology.connectivity(dim - 1, dim), topology.connectivity(dim, dim - 1)
+    closures = [layout.entity_closure_dofs(dim - 1, local) for local in range(dim + 1)]
+    dofs = []
+    for facet in facets:
+        cell = to_cell.links(facet)[0]
+        local = int(np.nonzero(to_facet.links(cell) == facet)[0][0])
+        dofs.append(space.dofmap.cell_dofs(cell)[closures[local]])
+    return np.array(dofs, dtype=np.int64).reshape(-1, len(closures[0]))
+
+
 class Outline:
     """The edges of one facet group that this rank owns.
 
@@ -49,21 +73,8 @@ class Outline:
     """
 
     def __init__(self, domain: Domain, space: fem.FunctionSpace, name: str) -> None:
-        mesh, tags = domain.mesh, domain.facet_tags
-        self.comm: MPI.Comm = mesh.comm
-        facets = tags.indices[tags.values == domain.facets[name]] if name in domain.facets else np.empty(0, np.int32)
-        facets = facets[facets < mesh.topology.index_map(1).size_local]
-        mesh.topology.create_connectivity(1, 2)
-        mesh.topology.create_connectivity(2, 1)
-        to_cell, to_facet = mesh.topology.connectivity(1, 2), mesh.topology.connectivity(2, 1)
-        n_nodes = len(space.dofmap.dof_layout.entity_closure_dofs(1, 0))
-        dofs = []
-        for facet in facets:
-            cell = to_cell.links(facet)[0]
-            local = int(np.nonzero(to_facet.links(cell) == facet)[0][0])
-            closure = space.dofmap.dof_layout.entity_closure_dofs(1, local)
-            dofs.append(space.dofmap.cell_dofs(cell)[closure])
-        self.dofs = np.array(dofs, dtype=np.int64).reshape(-1, n_nodes)
+        self.comm: MPI.Comm = domain.mesh.comm
+        self.dofs = owned_dofs(domain, space, name)
         self.dofs = self._counter_clockwise(space.tabulate_dof_coordinates()[:, :2])
         self.reference = space.tabulate_dof_coordinates()[self.dofs, :2]
 

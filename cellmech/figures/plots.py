@@ -17,7 +17,7 @@ from typing import Any
 from cellmech.console import bear_any_text, say
 from cellmech.errors import CellmechError, InputError
 from cellmech.figures.results import StudyResult, read_planned
-from cellmech.figures.style import save, style
+from cellmech.figures.style import save, styled
 from cellmech.figures.table import Document
 from cellmech.names import path_there
 from cellmech.results.result import load
@@ -139,7 +139,7 @@ def _movie(options: argparse.Namespace) -> int:
     from cellmech.figures.field_picture import make_film
 
     path = options.out / f"{options.stem}.gif"
-    with style():
+    with styled():
         count = make_film(load(options.case), path, options.field, options.magnify)
     say(f"{path}: {count} pictures")
     return 0
@@ -183,7 +183,7 @@ def _paper(options: argparse.Namespace) -> Mapping[str, Any]:
 
 
 def _draw(options: argparse.Namespace, draw: Any, *of: Any) -> int:
-    with style():
+    with styled():
         for path in save(draw(*of), options.out, options.stem):
             say(str(path))
     return 0

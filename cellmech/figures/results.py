@@ -100,3 +100,13 @@ def read_study(folder: Path, names: Iterable[str]) -> StudyResult:
         found = sorted(path.parent.name for path in folder.glob("*/result.json"))
         raise InputError(where, "", rule, ", ".join(found[:8]) or "no result", "Run the study first: make study.")
     return StudyResult(folder, cases, missing, varied={name: {} for name in names})
+
+
+def read_all(folder: Path) -> StudyResult:
+    """Read every case of a results folder that has a result.
+
+    Raises:
+        InputError: when none has, or a file is broken.
+    """
+    found = sorted(path.parent.name for path in Path(spelt(folder)).glob("*/result.json"))
+    return read_study(folder, found or ["any case"])

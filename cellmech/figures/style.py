@@ -99,7 +99,7 @@ QUANTITIES = (
 
 
 @contextmanager
-def style() -> Iterator[None]:
+def styled() -> Iterator[None]:
     """The figures' fonts, whatever matplotlibrc says."""
     with matplotlib.rc_context():
         matplotlib.rcdefaults()

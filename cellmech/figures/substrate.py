@@ -11,8 +11,8 @@ POINTS = 721
 
 
 def outline_of(pillar: Upright) -> np.ndarray:
-    """The closed outline of a pillar at z = 0 [µm], shape (n, 2), n = 0 where it does not reach there."""
-    return np.array(pillar.outline(POINTS) or ()).reshape(-1, 2)
+    """The closed outline of a pillar, in 3-D of its section at z = 0 [µm], shape (n, 2); empty where that misses it."""
+    return np.array(pillar.outline(POINTS) or np.empty((0, 2)))
 
 
 def surface_at(scene: Scene, x: np.ndarray) -> np.ndarray:
@@ -29,6 +29,8 @@ def polygons(scene: Scene, view: tuple[float, float, float, float]) -> list[np.n
     found = []
     for one in standing(scene):
         rim = outline_of(one.arch)
+        if not len(rim):
+            continue
         middle = np.broadcast_to([one.arch.x_um, one.arch.y_um], rim[1:].shape)
         found.append(np.stack([middle, rim[:-1], rim[1:]], axis=1))
     if scene.flat is not None:

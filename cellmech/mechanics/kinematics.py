@@ -27,6 +27,10 @@ class Kinematics(Protocol):
         """Of resultants over the body, as messages write it."""
 
     @property
+    def energy_unit(self) -> str:
+        """Likewise, of moments and energies."""
+
+    @property
     def content(self) -> str:
         """Key of a region's size, with its unit."""
 
@@ -71,6 +75,7 @@ class PlaneStrain:
 
     words: ClassVar[str] = "plane strain, finite strain"
     force_unit: ClassVar[str] = "Pa um"
+    energy_unit: ClassVar[str] = "Pa um2"
     content: ClassVar[str] = "area_um2"
     components: ClassVar[int] = 2
     rest: ClassVar[tuple[float, float, float]] = (2.0, 2.0, 1.0)
@@ -109,6 +114,7 @@ class ThreeD:
 
     words: ClassVar[str] = "3-D, finite strain"
     force_unit: ClassVar[str] = "pN"
+    energy_unit: ClassVar[str] = "aJ"
     content: ClassVar[str] = "volume_um3"
     components: ClassVar[int] = 3
     rest: ClassVar[tuple[float, float, float]] = (3.0, 3.0, 1.0)

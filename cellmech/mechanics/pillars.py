@@ -97,7 +97,7 @@ class _Upright:
 
 @dataclass(frozen=True)
 class RoundPillar(_Upright):
-    """A round micropillar, l = 1 - (rho/w)^e - |(y - y_mp)/h|^e [-], rho the distance from its axis; a ball is one."""
+    """A round micropillar, l = 1 - (rho/w)^e - |(y - y_mp)/h|^e [-], rho the distance from its axis; or a ball."""
 
     def level_set(self, x: Any) -> Any:
         """See class; [-]."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from cellmech.mesh.disc import DiscSpec, Footprint
 from cellmech.mesh.geo_script import GeoScript, Sector
+from cellmech.mesh.sizes import Zone, distance, graded_sizes, sizes_at
 
 THIN = 0.2  # of the outer radius: a layer below it is thin
 LOOSE = 1.5  # size of the elements of a thin layer without structure, over its thickness
@@ -17,39 +18,11 @@ BOTTOM, SIDE, TOP = (0.0, -1.0), (1.0, 0.0), (0.0, 1.0)
 
 
 def size_expressions(spec: DiscSpec) -> list[str]:
-    """Gmsh MathEval expressions in x and y whose least is the element size [µm] in the right half of a disc.
-
-    Several short ones, because Gmsh reads no long ones.
-    """
-    grade = spec.grading
+    """Gmsh MathEval expressions in x and y whose least is the element size [µm] in the right half of a disc."""
     x0, y0 = spec.centre
-    rim = spec.interfaces[-1][1]
-    far = grade.far * spec.size_um
-    contact = spec.contact_size_um or grade.contact * spec.size_um
-    outline = spec.outline_size_um or grade.outline * spec.size_um
-    zone = spec.contact_zone_um or grade.zone * rim
-    touch = ((x0, y0 - rim),) if spec.touch is None else spec.touch
-    centre, nucleus = _distance(x0, y0), spec.nucleus_radius_um
-    outwards = f"{grade.growth} * abs({centre} - {nucleus:.12g})"
-    inwards = f"max(0, {(1 - grade.skin) * rim:.12g} - {centre})"
-    back = grade.back * spec.size_um if touch else outline
-    sizes = [
-        f"{far:.12g}",
-        f"{grade.rim * spec.size_um:.12g} + {grade.growth} * {inwards}",
-        f"{back:.12g} + {outwards}",
-    ]
-    for x, y in touch:
-        dx, dy = abs(x - x0), y - y0  # the left half is the mirror image of the right one
-        away, reach = _distance(x0 + dx, y), math.hypot(dx, dy)
-        edge = f"max(0, max({away} - {zone:.12g}, {grade.inside * zone:.12g} - {away}))"
-        towards = grade.core_at * nucleus / reach
-        beyond = f"{_distance(x0 + towards * dx, y0 + towards * dy)} - {grade.core_radius * nucleus:.12g}"
-        sizes += [
-            f"{contact:.12g} + {grade.along} * {edge} + {grade.deeper} * {inwards}",
-            f"{outline:.12g} + {outwards} + {grade.fade} * max(0, {away} - {reach:.12g})",
-            f"{grade.core * spec.size_um:.12g} + {grade.growth} * max(0, {beyond})",
-        ]
-    return sizes + [_footprint_size(spec, foot) for foot in spec.footprints]
+    touch = ((x0, y0 - spec.interfaces[-1][1]),) if spec.touch is None else spec.touch
+    zones = [Zone(at, spec.contact_size_um, spec.contact_zone_um) for at in touch]
+    return graded_sizes(spec, zones) + [_footprint_size(spec, foot) for foot in spec.footprints]
 
 
 def _footprint_size(spec: DiscSpec, foot: Footprint) -> str:
@@ -58,8 +31,8 @@ def _footprint_size(spec: DiscSpec, foot: Footprint) -> str:
     dx, dy = foot.at
     middle, spread = sum(foot.edges) / 2, (foot.edges[1] - foot.edges[0]) / 2
     share, least = spec.grading.foot / foot.fineness, spec.least_size_um(foot)
-    edge = f"abs({_distance(x0 + abs(dx), y0 + dy)} - {middle:.9g}) - {spread:.9g}"
-    into = f"max(0, {spec.interfaces[-1][1]:.12g} - {_distance(x0, y0)})"
+    edge = f"abs({distance(x0 + abs(dx), y0 + dy)} - {middle:.9g}) - {spread:.9g}"
+    into = f"max(0, {spec.interfaces[-1][1]:.12g} - {distance(x0, y0)})"
     return f"max({least:.9g}, {share:.9g} * ({edge})) + {spec.grading.ankle} * {into}"
 
 
@@ -101,7 +74,7 @@ def _is_thin(spec: DiscSpec, inner: float, outer: float) -> bool:
 
 def _loose_size(spec: DiscSpec, inner: float, outer: float) -> str:
     """Size that an unstructured thin layer asks for, so that its triangles are not flat."""
-    away = f"max(0, abs({_distance(*spec.centre)} - {(inner + outer) / 2:.12g}) - {(outer - inner) / 2:.12g})"
+    away = f"max(0, abs({distance(*spec.centre)} - {(inner + outer) / 2:.12g}) - {(outer - inner) / 2:.12g})"
     return f"{LOOSE * (outer - inner):.12g} + {spec.grading.growth} * {away}"
 
 
@@ -126,12 +99,7 @@ def _elements_across(spec: DiscSpec, inner: float, outer: float) -> int:
 
 def _sizes_at(spec: DiscSpec, dx: np.ndarray, dy: np.ndarray) -> np.ndarray:
     """Element sizes [µm] at points that lie dx, dy from the centre, in the right half."""
-    names = {"min": np.minimum, "max": np.maximum, "abs": np.abs, "sqrt": np.sqrt}
-    names |= {"x": spec.centre[0] + dx, "y": spec.centre[1] + dy}
-    # The very text that Gmsh gets, so that the two cannot disagree.
-    texts = (text.replace("^", "**") for text in size_expressions(spec))
-    sizes: np.ndarray = np.min([eval(text, {"__builtins__": {}}, names) * np.ones_like(dx) for text in texts], axis=0)
-    return sizes
+    return sizes_at(size_expressions(spec), spec.centre, dx, dy)
 
 
 def resolves(spec: DiscSpec, foot: Footprint) -> bool:
@@ -140,7 +108,3 @@ def resolves(spec: DiscSpec, foot: Footprint) -> bool:
     angle = start + np.array([side * edge / rim for edge in foot.edges for side in (-1.0, 1.0)])
     size = _sizes_at(spec, np.abs(rim * np.cos(angle)), rim * np.sin(angle))
     return bool(np.all(size <= spec.grading.foot / foot.fineness * foot.scale_um))
-
-
-def _distance(x: float, y: float) -> str:
-    return f"sqrt((x - ({x:.12g}))^2 + (y - ({y:.12g}))^2)"

@@ -125,26 +125,40 @@ def _signals_for_main_thread() -> Iterator[None]:
 
 
 @contextmanager
-def _meshed(script: GeoScript, sector: Sector, order: int) -> Iterator[Any]:
+def gmsh_session() -> Iterator[Any]:
+    """Gmsh, quiet and with its own defaults, as long as the block lasts."""
     with interrupt_kept():
         import gmsh
-    with interrupt_kept(), tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "cellmech.geo"
-        path.write_text(script.text(), encoding="utf-8")
+    with interrupt_kept():
         with interrupt_kept():
             gmsh.initialize([], False)  # the user's own Gmsh options would change the mesh
         try:
             gmsh.option.setNumber("General.Terminal", 0)
-            try:
-                gmsh.open(str(path))
-                gmsh.model.mesh.generate(2)
-            except Exception as error:  # the only type that gmsh raises
-                raise MeshError(f"Gmsh could not mesh the geometry: {error}") from error
-            if order == 2:
-                _bend(gmsh.model, sector, np.array(script.centre))
-            yield gmsh.model
+            yield gmsh
         finally:
             gmsh.finalize()
+
+
+@contextmanager
+def _meshed(script: GeoScript, sector: Sector, order: int) -> Iterator[Any]:
+    with gmsh_session() as gmsh, tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "cellmech.geo"
+        path.write_text(script.text(), encoding="utf-8")
+        with gmsh_errors():
+            gmsh.open(str(path))
+            gmsh.model.mesh.generate(2)
+        if order == 2:
+            _bend(gmsh.model, sector, np.array(script.centre))
+        yield gmsh.model
+
+
+@contextmanager
+def gmsh_errors() -> Iterator[None]:
+    """What Gmsh raises, which is of one type only, is a MeshError."""
+    try:
+        yield
+    except Exception as error:
+        raise MeshError(f"Gmsh could not mesh the geometry: {error}") from error
 
 
 def _bend(model: Any, sector: Sector, centre: np.ndarray) -> None:

@@ -1,4 +1,4 @@
-"""Meshes kept beside the compiled equations: a disc that was meshed before needs no Gmsh, whose loading takes longer.
+"""Meshes kept beside the compiled equations: what was meshed before needs no Gmsh, whose loading takes longer.
 
 What is kept are the answers of a Gmsh model to what `gmshio` asks, so that mesh and numbers are those of the model
 itself. A mesh is found by its specification, by the modules that make it and by the Gmsh that is installed.
@@ -11,7 +11,7 @@ import importlib.util
 import io
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import lru_cache
 from pathlib import Path
@@ -20,10 +20,11 @@ from typing import Any
 
 import numpy as np
 
+from cellmech.mesh.ball import BallSpec
 from cellmech.mesh.disc import DiscSpec
 from cellmech.sources import cache_directory, hash_behind
 
-MAKERS = ("cellmech.mesh.geometry", "cellmech.mesh.store")
+MAKERS = ("cellmech.mesh.geometry", "cellmech.mesh.ball_mesh")
 HASH_BYTES = 32  # SHA-256 of the rest, which is an .npz file
 MOST, MOST_NODES = 64, 100_000  # meshes that are kept, and nodes of one that is
 
@@ -35,6 +36,26 @@ class KeptModel:
         self._arrays, self.mesh = arrays, self
         self._groups = [(int(dim), int(tag)) for dim, tag in arrays["groups"]]
         self._properties = {int(kind): (int(dim), int(nodes)) for kind, dim, nodes in arrays["properties"]}
+
+    @classmethod
+    def of(cls, x: np.ndarray, groups: Sequence[tuple[int, str, int, np.ndarray]]) -> KeptModel:
+        """A model of groups that have one entity each.
+
+        Args:
+            x: positions of the nodes [µm], shape (n, 3).
+            groups: dimension, name, Gmsh's kind of element, and the numbers of nodes from 0, a row for each element.
+        """
+        numbers = [(dim, tag) for tag, (dim, *_) in enumerate(groups, 1)]
+        arrays = {"nodes": np.arange(1, len(x) + 1), "x": x.ravel(), "groups": np.array(numbers)}
+        arrays["names"] = np.array([name for _, name, _, _ in groups])
+        first = 1
+        for (dim, tag), (_, _, kind, nodes) in zip(numbers, groups, strict=True):
+            arrays[f"entities {dim} {tag}"], arrays[f"kind {dim} {tag}"] = np.array([tag]), np.array([kind])
+            arrays[f"elements {dim} {tag}"] = np.arange(first, first := first + len(nodes))
+            arrays[f"element nodes {dim} {tag}"] = nodes.ravel() + 1
+        kinds = {kind: (kind, dim, nodes.shape[1]) for dim, _, kind, nodes in groups}
+        arrays["properties"] = np.array(list(kinds.values()))
+        return cls(arrays)
 
     def getPhysicalGroups(self, dim: int = -1) -> list[tuple[int, int]]:
         """Dimension and number of the groups."""
@@ -81,8 +102,8 @@ def arrays_of(model: Any) -> dict[str, np.ndarray]:
     return arrays | {"properties": np.array(list(kinds.values()))}
 
 
-def kept(spec: DiscSpec) -> KeptModel | None:
-    """The mesh of this disc if it was meshed before; one that is damaged is none."""
+def kept(spec: DiscSpec | BallSpec) -> KeptModel | None:
+    """The mesh of this disc or ball if it was meshed before; one that is damaged is none."""
     with suppress(OSError, ValueError, KeyError):
         whole = _place(spec).read_bytes()
         digest, content = whole[:HASH_BYTES], whole[HASH_BYTES:]
@@ -92,8 +113,8 @@ def kept(spec: DiscSpec) -> KeptModel | None:
     return None
 
 
-def keep(spec: DiscSpec, model: Any) -> None:
-    """Keep the mesh of this disc for later processes; a disk that refuses only costs them time."""
+def keep(spec: DiscSpec | BallSpec, model: Any) -> None:
+    """Keep this mesh for later processes; a disk that refuses only costs them time."""
     arrays = arrays_of(model)
     if len(arrays["nodes"]) > MOST_NODES:
         return
@@ -128,8 +149,8 @@ def without_gmsh() -> Iterator[None]:
             del sys.modules["gmsh"]
 
 
-def _place(spec: DiscSpec) -> Path:
-    """The file of a disc's mesh."""
+def _place(spec: DiscSpec | BallSpec) -> Path:
+    """The file of a mesh."""
     found = hashlib.sha256(repr(spec).encode())
     found.update(_makers())
     return cache_directory() / "meshes" / f"{found.hexdigest()}.npz"

@@ -26,7 +26,16 @@ PENALTY_RATIO = 4.0
 ORDERS = (1.0, 5.0)  # observed orders of the mesh that an extrapolation is trusted with; strains of P3 have 3
 BUDGET, SMALL, SMALL_BUDGET = 0.01, 1e-4, 1e-6  # 1 % of |q - q0|; for a J with |q - q0| below SMALL, absolute
 
-TABLES = ("share_of_area_percent", "share_of_max", "share_of_integral", "shape_index", "contact", "energy")
+TABLES = (
+    "share_of_area_percent",
+    "share_of_max",
+    "share_of_integral",
+    "shape_index",
+    "nucleus_shape",
+    "contact",
+    "energy",
+)
+IN_THE_PLANE = {"J1": 2.0, "J2": 2.0, "J3": 1.0}  # what results of earlier versions, which do not say it, are at rest
 OF_VOLUMES = "share_of_volume_percent"  # outside plane strain, instead of the areas
 REGIONS = ("nucleus", *reversed(LAYER_NAMES), "cell")
 NOT_ASSESSED = ("balance_error", "max_time_s", "_at_um.x", "_at_um.y")  # errors themselves, and where and when
@@ -220,7 +229,7 @@ def numbers(result: Result) -> dict[str, float]:
 
 def _values_at_rest(base: Result) -> Any:
     """A function: the value at rest of a scalar by its key, 0 for what is no strain or shape."""
-    strains = base.get("rest") or {}
+    strains = base.get("rest") or IN_THE_PLANE
     nucleus, cell = base.get("nucleus") or {}, base.get("cell") or {}
     content = "area_um2" if "area_um2" in cell else "volume_um3"
     percent = 100 * nucleus.get(content, 0.0) / cell.get(content, math.inf)

@@ -11,7 +11,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any, Protocol, TypeAlias
 
-from cellmech.errors import COMPILER, CellmechError
+from cellmech.causes import Cause, Reason
+from cellmech.errors import CellmechError
 from cellmech.results.accuracy import REGIONS, TABLES
 from cellmech.results.records import CHECKPOINT, LOG, RESULT, flatten, to_csv, write_whole
 from cellmech.results.sealed import damage, is_whole
@@ -21,9 +22,6 @@ from cellmech.sources import hash_behind
 
 SOLVER = "cellmech.runs.case"  # solves a case: what it imports decides the numbers
 SUMMARY, TIMINGS, LOCK = "summary.csv", "timings.csv", ".lock"
-# What the reasons of failures begin with that inputs do not explain.
-INTERNAL, DISK = "internal error", "the disk refuses"
-TRIED_AGAIN = (INTERNAL, DISK, COMPILER)
 MACHINE = ("wall_s", "ranks", "memory_MB")  # differ between runs of equal inputs: kept out of summary.csv
 COSTS = ("steps", "rejected_steps", "newton_iterations", "factorisations", "mesh_cells", "dofs")
 
@@ -80,18 +78,18 @@ def signed(record: Record, case: str, source: str, key: str) -> Record:
     """A result with what ties it to its case, its program and its inputs; a failed one has null for what it lacks."""
     hashes = {"source_hash": source, "input_hash": key}
     lacks = dict.fromkeys(ALWAYS) if record["status"] == "failed" else {}
-    return {"schema": 1, "case": case, "status": "", "reason": "", **hashes, **lacks, **record, **hashes}
+    return {"schema": 1, "case": case, "status": "", "reason": "", "cause": "", **hashes, **lacks, **record, **hashes}
 
 
-def is_final(result: Record) -> bool:
+def is_final(result: Mapping[str, Any]) -> bool:
     """Whether equal inputs must end alike: solved, or failed for a physical reason."""
-    return result["status"] == "solved" or not result["reason"].startswith(TRIED_AGAIN)
+    return result["status"] == "solved" or not Cause.named(result.get("cause")).passing
 
 
-def refusal(error: OSError) -> str:
+def refusal(error: OSError) -> Reason:
     """The reason of a failure that is the disk's."""
     place = f" ({error.filename})" if error.filename else ""
-    return f"{DISK}: {error.strerror or error}{place}"
+    return Cause.DISK.reason(told=f"{error.strerror or error}{place}")
 
 
 def finished(folder: Path, key: str, note: Callable[[str], None] = lambda line: None) -> Record | None:

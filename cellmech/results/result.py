@@ -19,6 +19,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from cellmech.causes import Cause
 from cellmech.errors import InputError
 from cellmech.names import plain, spelt
 from cellmech.results.sealed import SEAL, damage, is_whole
@@ -51,6 +52,11 @@ class Result:
         if self.result.get("status") == "solved":
             return ""
         return str(self.result.get("reason") or "no reason given")
+
+    @property
+    def cause(self) -> Cause | None:
+        """The kind of that failure, with advice; None when it was solved."""
+        return Cause.named(self.result.get("cause")) if self.failure else None
 
     @property
     def beyond_ellipticity(self) -> bool:

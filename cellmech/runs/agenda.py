@@ -9,16 +9,17 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from cellmech.causes import Cause
 from cellmech.errors import CellmechError
 from cellmech.results.accuracy import assess, bears_on
 from cellmech.results.accuracy_report import error_trees, report, table_rows
-from cellmech.results.archive import DISK, Record, alone_in, finished, forget, input_key, merge_tables, source_hash
+from cellmech.results.archive import Record, alone_in, finished, forget, input_key, merge_tables, source_hash
 from cellmech.results.records import RESULT, to_csv, write_whole
 from cellmech.results.sealed import sealed
 from cellmech.runs.command import Command, Order
+from cellmech.runs.job import Job
 from cellmech.runs.messages import PAUSE_S
 from cellmech.runs.reuse import solved_beside, take_over
-from cellmech.runs.sweep import Job
 from cellmech.scene.case import Case
 
 REFINED, ACCURACY = "accuracy", "accuracy.csv"  # folder, in a case's, of the runs that show its error
@@ -111,7 +112,7 @@ def share_with_twin(twin: Job, job: Job, result: Record) -> Record:
     try:
         copied = take_over(job.folder, twin.case, twin.folder, twin.key)
     except OSError as error:
-        result = {**result, "status": "failed", "reason": f"{DISK}: {job.folder} cannot be copied ({error})"}
+        result = {**result, **Cause.DISK.reason(told=f"{job.folder} cannot be copied ({error})").as_record()}
         copied = None
     return copied or {**result, "case": twin.case.name}
 

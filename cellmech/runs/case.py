@@ -21,18 +21,21 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from cellmech import __version__
+from cellmech.causes import Reason
 from cellmech.cell.additions import Additions
+from cellmech.cell.cascade import begin_near
 from cellmech.cell.description import describe_model
 from cellmech.cell.layering import MeshPlan, mesh_plan
 from cellmech.cell.observables import STRAINS, Observer
 from cellmech.cell.setup import NONE, Setup
 from cellmech.errors import SolveError
+from cellmech.fem import fenicsx
 from cellmech.results import checkpoint
 from cellmech.results.field_files import write_fields
 from cellmech.results.records import CaseFolder, flatten
 from cellmech.scene.case import Case
 from cellmech.scene.files import scene_to_toml
-from cellmech.solver.acceptance import Acceptance
+from cellmech.solver.acceptance import Acceptance, Refused
 from cellmech.solver.ellipticity import Stability, StabilityWatch
 from cellmech.solver.ellipticity_in_space import EllipticityInSpace, StabilityInSpace
 from cellmech.solver.resolution import doubts, missed
@@ -63,6 +66,7 @@ class Description:
     """What a case will model, and its size."""
 
     model: list[str]
+    elements: str
     cells: int
     dofs: int
     memory_MB: float
@@ -80,7 +84,7 @@ def solve_case(
 
     A physical failure is a result too: status "failed", its reason, and the last good state.
     """
-    with ExitStack() as stack:
+    with fenicsx.own_options(), ExitStack() as stack:
         try:
             return _solve(case, folder, comm, plan, report, additions, stack)
         except BaseException:
@@ -107,7 +111,8 @@ def _solve(
     stability: Stability | StabilityInSpace | None = None
     scalars: dict[str, Any] = {}
     series: list[tuple[float, str]] = []
-    status, reason, settled = "solved", "", None
+    outcome: dict[str, Any] = {"status": "solved", "reason": "", "cause": ""}
+    settled: float | None = None
     goes_on = scene.stability == "warn"
     in_doubt: dict[str, str] = {}  # what a saved state's contact leaves in doubt, of the last such state
 
@@ -134,6 +139,8 @@ def _solve(
             accepted.recall(mine["acceptance"])
             scalars, settled = observer.observe(run.t) | additions.observe(observer), run.rate()
             folder.log(f"goes on from the checkpoint at t = {run.t:.6g} s, step {run.totals.steps}")
+        else:
+            begin_near(setup, run, plan, additions, folder.log)
 
         def on_step(step: Step) -> None:
             nonlocal settled
@@ -162,9 +169,10 @@ def _solve(
         stability = accepted.stability
     except SolveError as error:
         stability = watch.look() if run is not None and run.totals.newton_iterations else None
-        status, reason = "failed", str(error)
-        if str(stability) not in reason:  # else it is what stopped the case
+        reason = str(error)
+        if not isinstance(error, Refused) or error.found != stability:  # else it is what stopped the case
             reason += _last_good_state(run, scalars, stability)
+        outcome = Reason(error.cause, reason).as_record()
         folder.log(f"failed: {reason}")
     in_space: StabilityInSpace | None = None
     if scalars and run is not None:
@@ -178,9 +186,7 @@ def _solve(
     folder.agree()
     extra = {} if in_space is None else {"in_space": in_space.as_dict()}
     result = _provenance(case, setup, run, comm, in_doubt)
-    result |= {
-        "status": status,
-        "reason": reason,
+    result |= outcome | {
         "settled": settled,
         "stability": None if stability is None else stability.as_dict() | extra,
         "wall_s": earlier_s + time.perf_counter() - started,
@@ -188,7 +194,7 @@ def _solve(
     if goes_on:
         since = {} if run is None else accepted.beyond
         result["beyond_ellipticity"] = {"since_s": None, "load_amplitude": None} | since
-    folder.log(f"{status} in {result['wall_s']:.2f} s")
+    folder.log(f"{outcome['status']} in {result['wall_s']:.2f} s")
     return result | scalars
 
 
@@ -244,6 +250,7 @@ def describe_case(case: Case, comm: MPI.Comm, plan: MeshPlan) -> Description:
     setup = Setup(case.scene, comm, plan)
     return Description(
         model=describe_model(setup).lines(),
+        elements="triangles" if setup.kinematics.components == 2 else "tetrahedra",
         cells=setup.number_of_cells,
         dofs=setup.dofs,
         memory_MB=MEMORY_BASE_MB * comm.size + MEMORY_PER_DOF_MB * setup.dofs,

@@ -10,6 +10,7 @@ import weakref
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,15 +20,16 @@ import cellmech.fem.started  # noqa: F401 before all that it starts
 
 from mpi4py import MPI
 
+from cellmech.causes import Reason
 from cellmech.cell.additions import Additions
 from cellmech.cell.layering import mesh_plan
 from cellmech.errors import InputError, SolveError
-from cellmech.fem import fenicsx
 from cellmech.names import spelt
 from cellmech.results import result as files
-from cellmech.results.archive import alone_in, finished, forget, input_key, signed, source_hash
-from cellmech.results.records import CHECKPOINT, LOG, RESULT, CaseFolder
+from cellmech.results.archive import input_key, source_hash
+from cellmech.results.records import CHECKPOINT, LOG, RESULT
 from cellmech.runs.case import Progress, solve_case
+from cellmech.runs.job import Job, solve_job
 from cellmech.runs.messages import agreed, together
 from cellmech.scene.case import Case
 from cellmech.scene.files import read_scene
@@ -99,11 +101,14 @@ def solve(
     own = folder is None
     path = agreed(comm, lambda: Path(tempfile.mkdtemp(prefix="cellmech-")) / "case" if own else _usable(folder))
     try:
-        _solve(asked, path, additions or Additions(), comm, fresh, progress)
+        added = additions or Additions()
+        with ExitStack() as lock:
+            solve_job(_job(asked, path, added, fresh), partial(solve_case, additions=added), comm, lock, progress)
         comm.barrier()  # what rank 0 writes is there
         result = replace(together(comm, lambda: load(path)), scene=asked)  # what is there may have another title
-        if check and result.failure:
-            raise SolveError(result.failure if own else f"{result.failure} (see {path / LOG})")
+        if check and result.cause is not None:
+            told = result.failure if own else f"{result.failure} (see {path / LOG})"
+            raise SolveError(Reason(result.cause, told))
     except BaseException:
         if own and comm.rank == 0:
             shutil.rmtree(path.parent, ignore_errors=True)
@@ -142,29 +147,8 @@ def _usable(folder: object) -> Path:
     return path
 
 
-def _solve(
-    scene: Scene, path: Path, additions: Additions, comm: MPI.Comm, fresh: bool, progress: Callable[[Progress], None]
-) -> None:
-    """Solve into a folder unless it holds the result; no key can tell what additions do, so they are solved anew."""
-    case = Case(path.name, scene, {})
-    plan = mesh_plan(case.scene)
+def _job(scene: Scene, path: Path, additions: Additions, fresh: bool) -> Job:
+    """The scene as a job. No key can tell what additions do, so what has some is solved anew."""
+    case, plan = Case(path.name, scene, {}), mesh_plan(scene)
     key = "" if additions else input_key(case, plan)
-    with ExitStack() as stack:
-
-        def enter() -> bool:
-            """Whether the result is there, once nobody else is at work."""
-            stack.enter_context(alone_in(path))
-            if fresh or additions:
-                forget(path)
-            return bool(key) and finished(path, key) is not None
-
-        if agreed(comm, enter):
-            return
-        folder = CaseFolder(path, comm, key)
-        try:
-            folder.agree()
-            with fenicsx.own_options():
-                record = solve_case(case, folder, comm, plan, progress, additions)
-            folder.finish(signed(record, case.name, source_hash(), key))
-        finally:
-            folder.close()
+    return Job(path.name, case, path, plan, key, source_hash(), fresh=fresh or bool(additions))

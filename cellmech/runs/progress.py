@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from cellmech.console import say
-from cellmech.results.archive import TRIED_AGAIN
+from cellmech.results.archive import is_final
 from cellmech.results.records import flatten
 
 if TYPE_CHECKING:  # brings DOLFINx along
@@ -141,7 +141,7 @@ class Plain(Quiet):
     def tell(self, index: int, result: Mapping[str, Any]) -> None:
         """Say how a case ended."""
         self.line(f"[{self.done}/{self.total}] {self.labels[index]}: {ending(result)}")
-        if result["reason"].startswith(TRIED_AGAIN):
+        if not is_final(result):
             super().tell(index, result)
 
     def line(self, text: str) -> None:

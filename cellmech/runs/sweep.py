@@ -8,53 +8,28 @@ from __future__ import annotations
 import sys
 import time
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 from mpi4py import MPI
 
+from cellmech.causes import Cause, Reason
 from cellmech.console import say
 from cellmech.errors import CellmechError
-from cellmech.results.archive import INTERNAL, Record, alone_in, finished, refusal, signed
-from cellmech.results.records import LOG, RESULT, CaseFolder, write_whole
+from cellmech.results.archive import Record, refusal
+from cellmech.results.records import LOG, RESULT, write_whole
 from cellmech.results.sealed import sealed
 from cellmech.runs.handout import Counter
 from cellmech.runs.interrupts import Interrupts
-from cellmech.runs.messages import PAUSE_S, Post, Watcher, agreed
-from cellmech.scene.case import Case
+from cellmech.runs.job import Job, Solve, solve_job
+from cellmech.runs.messages import PAUSE_S, Post, Watcher
 
-if TYPE_CHECKING:  # they bring DOLFINx along, which --list and bad input need not wait for
-    from cellmech.runs.case import MeshPlan, Progress
+if TYPE_CHECKING:  # brings DOLFINx along, which --list and bad input need not wait for
+    from cellmech.runs.case import Progress
 
 GRACE_S = 10.0  # for the other ranks of a case to run into the error that one has met
-
-Solve: TypeAlias = "Callable[[Case, CaseFolder, MPI.Comm, MeshPlan, Callable[[Progress], None]], Record]"
-
-
-@dataclass(frozen=True)
-class Job:
-    """A case to solve, and where its files go.
-
-    Args:
-        label: what the user reads; the case's name, told apart if there are several studies.
-        case: the case.
-        folder: of its files.
-        plan: which layers its mesh keeps apart.
-        key: ties the result to its inputs, `records.input_key`.
-        source: ties it to the program, `records.source_hash` at the start.
-        notes: first lines of run.log.
-    """
-
-    label: str
-    case: Case
-    folder: Path
-    plan: MeshPlan
-    key: str
-    source: str
-    notes: tuple[str, ...] = ()
 
 
 def solve_jobs(
@@ -109,36 +84,30 @@ class _Attempt:
             self._run(solve)
 
     def _run(self, solve: Solve) -> None:
-        begun, result, reason, trace = time.perf_counter(), None, "", ""
+        begun, trace = time.perf_counter(), ""
+        result: Record | None = None
+        reason: Reason | None = None
         if self.lead:
             self.post.started(self.index)
         try:
-            result = self._solve(solve)
+            result = solve_job(self.job, solve, self.comm, self.lock, self._report, self._wait)
         except CellmechError as error:
-            reason = str(error)
+            reason = Reason(error.cause, str(error))
         except OSError as error:
             reason, trace = refusal(error), traceback.format_exc()
         except Exception as error:
             text = " ".join(str(error).split())  # one line; PETSc's have many
-            reason, trace = f"{INTERNAL}: {type(error).__name__}: {text}", traceback.format_exc()
+            reason, trace = Cause.INTERNAL.reason(told=f"{type(error).__name__}: {text}"), traceback.format_exc()
         reason, trace = self._agree(reason, trace)
-        if reason or result is None:
+        if reason is not None:
             took = {"wall_s": time.perf_counter() - begun, "ranks": self.comm.size}
             scene = self.job.case.scene.model_dump(mode="json", by_alias=True)
-            result = self._complete({"status": "failed", "reason": reason, "scene": scene, **took})
+            result = self.job.signed({**reason.as_record(), "scene": scene, **took})
             if self.lead:
                 self._record(result, trace)
+        assert result is not None
         if self.lead:
             self.post.finished(self.index, result)
-
-    def _solve(self, solve: Solve) -> Record:
-        """Solve, unless another process has brought the result since the start. Collective."""
-
-        def enter() -> Record | None:
-            self.lock.enter_context(alone_in(self.job.folder, self._wait))
-            return finished(self.job.folder, self.job.key)
-
-        return agreed(self.comm, enter) or self._solve_alone(solve)
 
     def _wait(self) -> None:
         if not self.waits:
@@ -148,37 +117,22 @@ class _Attempt:
         self.interrupts.check()
         time.sleep(PAUSE_S)
 
-    def _solve_alone(self, solve: Solve) -> Record:
-        folder = CaseFolder(self.job.folder, self.comm, self.job.key)
-        try:
-            folder.agree()
-            for note in self.job.notes:
-                folder.log(note)
-            result = self._complete(solve(self.job.case, folder, self.comm, self.job.plan, self._report))
-            folder.finish(result)
-            return result
-        finally:
-            folder.close()
-
     def _report(self, progress: Progress) -> None:
         self.interrupts.check()
         if self.lead:
             self.post.progressed(self.index, progress)
 
-    def _complete(self, result: Record) -> Record:
-        return signed(result, self.job.case.name, self.job.source, self.job.key)
-
-    def _agree(self, reason: str, trace: str) -> tuple[str, str]:
+    def _agree(self, reason: Reason | None, trace: str) -> tuple[Reason | None, str]:
         """What went wrong on the first rank where something did. If the others go on solving, the job is ended."""
         arrival, deadline = self.together.Ibarrier(), time.monotonic() + GRACE_S
         while not arrival.Test():
-            if reason and time.monotonic() > deadline:
+            if reason is not None and time.monotonic() > deadline:
                 self._abort(reason, trace)
             time.sleep(PAUSE_S / 10)
         met = self.together.allgather((reason, trace))
-        return next((found for found in met if found[0]), ("", ""))
+        return next((found for found in met if found[0] is not None), (None, ""))
 
-    def _abort(self, reason: str, trace: str) -> None:
+    def _abort(self, reason: Reason, trace: str) -> None:
         place = f"rank {self.comm.rank} of {self.comm.size}"
         _append(self.job.folder / LOG, f"failed on {place} alone: {reason}\n{trace}")
         text = f"cellmech: {self.job.label}: {reason} (on {place} alone; all ranks are stopped)"

@@ -50,8 +50,7 @@ class Cell(Table):
     geometry: Annotated[Literal["plane", "axisymmetric", "3d"], Choice()] = "plane"
     """A cylinder on endless ridges (plane strain, the paper's), a ball on what is round about x = 0, or on anything."""
     shape: Annotated[Literal["half", "full", "quarter"], Choice()] = "half"
-    """Half a cell, mirrored at x = 0, or all of it, or in 3-D a quarter, mirrored at z = 0, too: there the least
-    that keeps the scene the same, if left out."""
+    """Half a cell, mirrored at x = 0, or all of it; in 3-D also a quarter, and the least that serves if left out."""
     gap_um: Position = 0.0
     """Vertical travel to first touch; without inertia the cell is moved there before it is solved."""
     centre_x_um: Position = 0.0

@@ -8,6 +8,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Protocol
 
+import numpy as np
+
+from cellmech.causes import Cause, Reason
 from cellmech.errors import SolveError
 from cellmech.solver.ellipticity import AT_REST, Stability, StabilityWatch
 from cellmech.solver.ellipticity_in_space import StabilityInSpace
@@ -23,11 +26,12 @@ class Refused(SolveError):
     Args:
         reason: why.
         shown: whether it is reported all the same where no state before it is.
+        found: how the material's stability was found wanting, if that is why.
     """
 
-    def __init__(self, reason: str, shown: bool = False) -> None:
+    def __init__(self, reason: Reason, shown: bool = False, found: Stability | StabilityInSpace | None = None) -> None:
         super().__init__(reason)
-        self.shown = shown
+        self.shown, self.found = shown, found
 
 
 class Judged(Protocol):
@@ -62,12 +66,9 @@ class Acceptance:
         """Raise `Refused` for a state at the time t [s] that does not count. Collective."""
         found = self.watch.look() if t >= self.end_s else None if self.beyond else self.watch.look_if_due()
         if found is not None and found.lost:
-            lost = (
-                f"ellipticity is lost at t = {t:.6g} s, load amplitude {amplitude:.6g}: {found}: from there on "
-                "the material can fail in bands as thin as the mesh allows, and states depend on the mesh"
-            )
+            lost = Cause.ELLIPTICITY.reason(t_s=t, amplitude=amplitude, found=found)
             if not self.goes_on:
-                raise Refused(lost, shown=True)
+                raise Refused(lost, shown=True, found=found)
             if not self.beyond:
                 self.beyond = {"since_s": t, "load_amplitude": amplitude}
                 self.doubt = f'{lost}; this state is beyond, as stability = "warn" asks for'
@@ -76,28 +77,28 @@ class Acceptance:
             raise Refused(fault)
         self.stability = found or self.stability
 
-    def held(self, amplitude: float) -> str:
+    def held(self, amplitude: float) -> Reason | None:
         """What is wrong where only the constraint on a rigid mode holds the body, as no contact without friction could.
 
-        Empty where nothing is. Collective.
+        None where nothing is. Collective.
         """
         ledger, radius_um = self.run.ledger, self.run.reach_um / 2
         weight = abs(ledger.load_resultant()[1] * amplitude)
-        push, moment = ledger.contact_force()[0], ledger.moment(amplitude)
+        across = np.delete(ledger.contact_force() * ledger.state.free, 1)
+        push = float(across[0]) if len(across) == 1 else float(np.linalg.norm(across))
+        moment = ledger.moment(amplitude)
+        force, energy = ledger.body.kinematics.force_unit, ledger.body.kinematics.energy_unit
         if abs(push) > SLIDING * weight:
-            fault = f"slides: no equilibrium; the obstacles push sideways with {push:.3g} Pa um"
+            cause, told = Cause.SLIDES, f"the obstacles push sideways with {push:.3g} {force}"
         elif abs(moment) > SLIDING * weight * radius_um:
-            told = f"{moment:.3g} Pa um2, {abs(moment / weight):.2g} um times the load"
-            fault = f"turns: no equilibrium; the obstacles turn it with {told}"
+            arm = f"{abs(moment / weight):.2g} um times the load"
+            cause, told = Cause.TURNS, f"the obstacles turn it with {moment:.3g} {energy}, {arm}"
         else:
-            return ""
-        unseen, (way, told) = self.missed(), fault.split(": no equilibrium; ")
+            return None
+        unseen = self.missed()
         if unseen <= MISSED:
-            return fault
-        return (
-            f"the mesh is too coarse to tell whether the cell {way}: {told}, and {100 * unseen:.2g} % of their force "
-            "lie between the points at which it is integrated; set mesh.size_um lower"
-        )
+            return cause.reason(told=told)
+        return Cause.TOO_COARSE.reason(way=cause.value, told=told, unseen_percent=100 * unseen)
 
     def begin_again(self) -> None:
         """Forget what has been seen: the load is followed from the start."""

@@ -87,9 +87,10 @@ class Ledger:
         return self._sum(self.load_vector.reshape(-1, self._components).sum(axis=0))
 
     def moment(self, amplitude: float) -> float:
-        """Moment of obstacles and load now about where the load acts, counter-clockwise [Pa µm^2]. Collective.
+        """Moment of obstacles and load now about where the load acts [Pa µm^2 or aJ]. Collective.
 
-        Stresses that are symmetric add nothing to it.
+        Counter-clockwise in the plane; in space its size, of the components that no plane of symmetry bears. Stresses
+        that are symmetric add nothing to it.
         """
         load = self.load_vector.reshape(-1, self._components)
         nodes = self.body.space.tabulate_dof_coordinates()[: len(load), : self._components]
@@ -97,7 +98,10 @@ class Ledger:
         share = self._sum(load.sum(axis=0))[1]
         centre = self._sum(load[:, 1] @ x) / share
         lever, force = x - centre, self._assemble("contact").reshape(-1, self._components) + amplitude * load
-        return float(self._sum(np.sum(lever[:, 0] * force[:, 1] - lever[:, 1] * force[:, 0])))
+        if self._components == 2:
+            return float(self._sum(np.sum(lever[:, 0] * force[:, 1] - lever[:, 1] * force[:, 0])))
+        free = np.array([np.delete(self.state.free, axis).all() for axis in range(3)])
+        return float(np.linalg.norm(self._sum(np.cross(lever, force).sum(axis=0))[free]))
 
     def stored(self) -> float:
         """Strain energy now [Pa µm^2]. Collective."""

@@ -1,4 +1,4 @@
-"""The nonlinear solve: Newton with line search and direct factorisation. The only SNES/KSP code."""
+"""The nonlinear solve: Newton with line search. The only SNES code."""
 
 from __future__ import annotations
 
@@ -13,11 +13,13 @@ from dolfinx.fem import petsc
 from mpi4py import MPI
 from petsc4py import PETSc
 
+from cellmech.causes import Cause, Reason
 from cellmech.fem import fenicsx
 from cellmech.fem.jit import compile_form
 from cellmech.mechanics.balance import Body, equilibrium, load_work
 from cellmech.names import coordinates
 from cellmech.solver.det_f import DetFWatch
+from cellmech.solver.linear import Direct, Multigrid, choose
 from cellmech.solver.rigid_modes import BorderedLU, RigidModes
 from cellmech.solver.saddle import Elimination, Saddle
 from cellmech.solver.state import State
@@ -28,15 +30,11 @@ BALANCED = 3e-4  # share of the load's sum that round-off may keep out of balanc
 ROUNDING = 8 * float(np.finfo(float).eps)  # of a position: what its arithmetic may be off by
 STALL_RATE = 0.5  # a residual that a new tangent reduces by less than this factor stays
 CRUSHED = 1e-3  # det F at and below which a solution is none: no continuum, and its stresses lose all digits
-ROUND_OFF = "round-off"  # how its reason begins
-SINGULAR = "the tangent is singular: nothing resists some motion of the body"
 MAX_ITERATIONS, LEAP_ITERATIONS = 30, 16
 # Ways to try a solve: whether tangents are kept, and PETSc's line search. Full steps first: the residual's norm judges
 # them badly, for a motion of what is soft (or a contact that sets in) shakes what is stiff before it settles.
 ATTEMPTS = ((True, "basic"), (False, "bt"))
 REFINEMENTS = 2  # of what round-off stops: the translation that it holds is taken out, and is balanced by itself
-# MUMPS's INFOG(1) where memory is refused, and where the workspace that was foreseen is too small.
-REFUSED, OUTGROWN = frozenset((-5, -7, -13, -19)), frozenset((-8, -9, -17, -20))
 KEEP_RATE = 0.25  # a factorisation is kept while each iteration brings the residual down at least by this factor
 # One prefix for all solvers, which want the same: PETSc has room for 512 options, and a sweep for more cases than that.
 PREFIX, OPTIONS = "cellmech_", {"snes_linesearch_max_it": 12, "mat_mumps_icntl_14": 60}
@@ -47,20 +45,26 @@ class Outcome:
     """What a solve did.
 
     Args:
-        converged: whether the residual met the tolerance.
         iterations: Newton iterations.
         factorisations: tangents assembled and factorised.
         residual: its 2-norm at the end [Pa µm or pN].
-        reason: why it did not converge, in physical terms; "" otherwise.
-        drowned: whether round-off is why: no other step or guess will help.
+        reason: why it did not converge, in physical terms; None where it did.
     """
 
-    converged: bool
     iterations: int
     factorisations: int
     residual: float
-    reason: str = ""
-    drowned: bool = False
+    reason: Reason | None = None
+
+    @property
+    def converged(self) -> bool:
+        """Whether the residual met the tolerance."""
+        return self.reason is None
+
+    @property
+    def drowned(self) -> bool:
+        """Whether round-off is why it did not: no other step or guess will help."""
+        return self.reason is not None and self.reason.cause is Cause.ROUND_OFF
 
 
 class Solver:
@@ -91,7 +95,9 @@ class Solver:
         self.amplitude = fem.Constant(body.domain.mesh, 0.0)
         R, K = equilibrium(body, state.written(), self.amplitude)
         self._R, self._K = compile_form(R, self.comm), compile_form(K, self.comm)
-        self._A, self._r = petsc.create_matrix(self._K), petsc.create_vector(self._R)
+        self.choice = choose(body)
+        self._linear = Multigrid(body) if self.choice.multigrid else Direct()
+        self._A, self._r = petsc.create_matrix(self._K, self._linear.matrix_type), petsc.create_vector(self._R)
         self._u = self._r.duplicate()
         self._saddle = None if state.pressure is None else Saddle(state.pressure, self._A)
         self._b = self._r if self._saddle is None else self._saddle.vector()
@@ -126,12 +132,10 @@ class Solver:
             pc.setType("python")
             pc.setPythonContext(Elimination(self._saddle, inner))
             pc = inner
-        self._direct = pc
         if self.modes is None:
-            pc.setType("lu")
-            pc.setFactorSolverType("mumps")
+            self._linear.install(pc)
         else:
-            self._bordered = BorderedLU(self.modes, prefix)
+            self._bordered = BorderedLU(self.modes, self._linear, prefix)
             pc.setType("python")
             pc.setPythonContext(self._bordered)
         snes.setFromOptions()
@@ -157,6 +161,7 @@ class Solver:
     def _tangent(self, snes: PETSc.SNES, x: PETSc.Vec, operator: PETSc.Mat, P: PETSc.Mat) -> None:
         """Assemble the tangent, or leave the last one, and with it its factorisation, while it still serves."""
         norm = snes.getFunctionNorm()
+        self._linear.aim(self._atol / norm)
         serves = self._thrifty and (snes.getIterationNumber() == 0 or norm < KEEP_RATE * self._norm)
         self._norm = norm
         if serves and self._keep:
@@ -238,6 +243,7 @@ class Solver:
         self._snes.getKSP().getPC().reset()
         for held in (self._snes, self._A, self._r, self._u, self._b, self._x):
             held.destroy()
+        self._linear.close()
         if self._saddle is not None:
             self._saddle.close()
 
@@ -280,7 +286,8 @@ class Solver:
         guess, centre = self._unknowns(), self.state.now.offset.value.copy()
         for self._thrifty, search in ATTEMPTS[:1] if leap else ATTEMPTS:
             self._use(search)
-            self._watch.worst, self._stale, fault, tangents = None, False, "", self.factorisations
+            self._watch.worst, self._stale, tangents = None, False, self.factorisations
+            fault: Reason | None = None
             self.state.now.offset.value = centre
             self._x.setArray(guess)
             for self._again in (False, *[True] * REFINEMENTS):
@@ -300,8 +307,8 @@ class Solver:
                 break
             unsolved = reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE
             if unsolved or self.factorisations > tangents:
-                fault = self._factor_fault()
-            if unsolved or fault:
+                fault = self._linear.fault()
+            if unsolved or fault is not None:
                 self.restart()  # what a failed factorisation leaves behind cannot be used again
         if not converged:
             self.rebuild()
@@ -310,57 +317,33 @@ class Solver:
         elif self.state.pressure is not None:
             self.state.pressure.values[:] = guess[self._u.getLocalSize() :]
         return Outcome(
-            converged=converged,
             iterations=iterations,
             factorisations=self.factorisations - before,
             residual=residual,
-            reason="" if converged else fault or self._explain(reason, residual),
-            drowned=drowned,
+            reason=None if converged else fault or self._explain(reason, residual),
         )
 
-    def _factor_fault(self) -> str:
-        """Why the last tangent could not be factorised; "" if it could. A preconditioner of ours hides it from PETSc.
-
-        Raises:
-            MemoryError: on every rank, if there was no room.
-        """
-        pc = self._direct if self.modes is None else self._bordered.inner
-        factor = pc.getFactorMatrix()
-        code = factor.getMumpsInfog(1)
-        if code >= 0:
-            return ""
-        if code in REFUSED or (code in OUTGROWN and factor.getMumpsIcntl(23)):
-            size = f"{self._A.getSize()[0]} unknowns, ranks: {self.comm.size}, MUMPS error {code}"
-            hint = "Fewer unknowns (a larger mesh.size_um), more ranks per case or more memory help"
-            raise MemoryError(f"no room to factorise the tangent ({size}). {hint}")
-        if code in OUTGROWN:
-            return f"the tangent is nearly singular: pivoting outgrows the room foreseen for it (MUMPS error {code})"
-        return SINGULAR
-
-    def _drowning(self, residual: float) -> str:
+    def _drowning(self, residual: float) -> Reason:
         """What round-off hides, and what it would not."""
+        remedy = ""
+        if self._sum:
+            times = residual / (BALANCED * self._sum)
+            remedy = f": {times:.2g} times the load, or moduli and penalty so much smaller, could be resolved"
         unit = self.body.kinematics.force_unit
-        forces = f"forces of {residual:.2g} {unit} out of balance beside a load of {self._sum:.2g} {unit}"
-        text = f"{ROUND_OFF} keeps {forces}"
-        if not self._sum:
-            return text
-        times = residual / (BALANCED * self._sum)
-        return f"{text}: {times:.2g} times the load, or moduli and penalty so much smaller, could be resolved"
+        return Cause.ROUND_OFF.reason(force=residual, load=self._sum, unit=unit, remedy=remedy)
 
-    def _explain(self, reason: int, residual: float) -> str:
+    def _explain(self, reason: int, residual: float) -> Reason:
         names = {getattr(PETSc.SNES.ConvergedReason, n): n for n in dir(PETSc.SNES.ConvergedReason) if n[0] != "_"}
         if reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE:
-            return SINGULAR
+            return Cause.SINGULAR.reason()
         if reason == PETSc.SNES.ConvergedReason.DIVERGED_DTOL:
             return self._drowning(residual)
         if self._watch.worst is not None:
             value, *place = self._watch.worst
             where = f"det F = {value:.2g} at reference {coordinates(place)} um"
-            if value > 0:
-                return f"material is crushed to nothing ({where})"
-            return f"material turns inside out on the way ({where})"
+            return (Cause.CRUSHED if value > 0 else Cause.INSIDE_OUT).reason(where=where)
         if reason == PETSc.SNES.ConvergedReason.DIVERGED_MAX_IT:
-            return f"no equilibrium found in {MAX_ITERATIONS} Newton iterations"
+            return Cause.NO_CONVERGENCE.reason(most=MAX_ITERATIONS)
         if reason == PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH:
-            return "no equilibrium nearby: the out-of-balance force cannot be reduced further"
-        return f"the nonlinear solve stopped: {names.get(reason, reason)}"
+            return Cause.NONE_NEARBY.reason()
+        return Cause.UNSOLVED.reason(told=names.get(reason, reason))

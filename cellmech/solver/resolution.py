@@ -10,7 +10,8 @@ import numpy as np
 import ufl
 
 from cellmech.fem.jit import compile_form
-from cellmech.fem.outline import along, deepest, depth, slope
+from cellmech.fem.outline import Outline, along, deepest, depth, slope
+from cellmech.fem.surface import Surface
 from cellmech.mechanics.balance import contact_work
 from cellmech.mechanics.contact import Contact
 from cellmech.solver.acceptance import MISSED
@@ -23,6 +24,7 @@ ENOUGH = 2.0  # edges; with one the depth is off by 2 %, with two by less than 0
 COUNTS = 0.03  # of the whole force: a contact that bears less is not looked at
 BETWEEN = 40  # Gauss points of an edge that tell what the solver's own miss between them
 INSIDE = 3  # times the solver's degree of quadrature, likewise of an element's inside
+MOST_DEGREE = 30  # of a quadrature over triangles and tetrahedra
 SOFT = 0.5  # of the contact's half-width: an obstacle that the cell sinks into further is not rigid
 
 
@@ -53,6 +55,8 @@ def stretches(run: Run, axis: float | None) -> list[Stretch]:
     contact, obstacles = run.body.contact, (*run.body.obstacles, *run.out_of_reach)
     if contact is None or not obstacles:
         return []
+    if isinstance(run.outline, Surface):
+        return _patches(run, run.outline, contact)
     outline, s = run.outline, np.linspace(0.0, 1.0, SAMPLES + 1)
     place = along(outline.nodes(run.state.u), s)
     deep = deepest(obstacles, place) - contact.threshold_um
@@ -63,6 +67,23 @@ def stretches(run: Run, axis: float | None) -> list[Stretch]:
     found = [_stretch(contact, weight, *piece) for piece in _pieces(ends, place, deep, axis)]
     total = sum(one.share for one in found)
     return [Stretch(one.edges, one.share / total, one.half_width_um, one.depth_um) for one in found if total > 0.0]
+
+
+def _patches(run: Run, surface: Surface, contact: Contact) -> list[Stretch]:
+    """The contact with each obstacle that is touched, in space; edges are of a right-angled facet of their size."""
+    found, u = [], run.state.u
+    corners = surface.nodes(u)[:, :3]
+    facets = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=-1) / 2
+    for obstacle in run.body.obstacles:
+        on = np.any(depth(obstacle, surface.nodes(u)) > contact.threshold_um, axis=1)
+        area, count = run.comm.allreduce(np.array([facets[on].sum(), np.count_nonzero(on)]))
+        radius = surface.contact_area(u, [obstacle], contact.threshold_um).radius_um
+        deep = surface.max_depth(u, [obstacle]) - contact.threshold_um
+        if count and deep > 0.0:
+            share = contact.pressure_at(deep + contact.threshold_um) * radius**2
+            found.append(Stretch(radius / float(np.sqrt(2 * area / count)), share, radius, deep))
+    total = sum(one.share for one in found)
+    return [replace(one, share=one.share / total) for one in found]
 
 
 def _pieces(
@@ -107,17 +128,20 @@ def missed(run: Run) -> float:
     """
     if run.body.contact is None or not run.body.obstacles:
         return 0.0
-    fine = _finely_on_the_outline(run) if run.body.contact.form == "surface" else _finely_inside(run)
+    if run.body.contact.form == "surface" and isinstance(run.outline, Outline):
+        fine = _finely_on_the_outline(run, run.outline)
+    else:
+        fine = _finely(run)
     told = run.ledger.contact_force()
     largest = max(float(np.linalg.norm(fine)), float(np.linalg.norm(told)))
     return float(np.linalg.norm(fine - told)) / largest if largest else 0.0
 
 
-def _finely_on_the_outline(run: Run) -> np.ndarray:
+def _finely_on_the_outline(run: Run, outline: Outline) -> np.ndarray:
     """The force of the surface form [Pa µm or pN], anew over the deformed outline; shape (2,). Collective."""
     contact = run.body.contact
     assert contact is not None
-    nodes, (s, weight) = run.outline.nodes(run.state.u), np.polynomial.legendre.leggauss(BETWEEN)
+    nodes, (s, weight) = outline.nodes(run.state.u), np.polynomial.legendre.leggauss(BETWEEN)
     x, tangent = along(nodes, (s + 1) / 2), slope(nodes, (s + 1) / 2)
     length = np.linalg.norm(tangent, axis=-1) * weight / 2 * run.body.kinematics.weight(np.moveaxis(x, -1, 0))
     pressure_at = np.vectorize(contact.pressure_at, otypes=[float])
@@ -131,11 +155,12 @@ def _finely_on_the_outline(run: Run) -> np.ndarray:
     return run.comm.allreduce(force)
 
 
-def _finely_inside(run: Run) -> np.ndarray:
-    """The force of the volume forms [Pa µm or pN] by quadrature of a higher degree, shape (2,). Collective."""
-    w, body = ufl.TestFunction(run.body.space), replace(run.body, contact_degree=INSIDE * run.body.contact_degree)
+def _finely(run: Run) -> np.ndarray:
+    """The contact's force [Pa µm or pN] by quadrature of a higher degree, a component each. Collective."""
+    degree = min(INSIDE * run.body.contact_degree, MOST_DEGREE)
+    w, body = ufl.TestFunction(run.body.space), replace(run.body, contact_degree=degree)
     values = owned_values(compile_form(contact_work(body, run.state, w), run.comm))
-    return run.comm.allreduce(values.reshape(-1, 2).sum(axis=0))
+    return run.comm.allreduce(values.reshape(-1, run.components).sum(axis=0))
 
 
 def doubts(run: Run, axis: float | None) -> dict[str, str]:

@@ -11,20 +11,24 @@ from dolfinx import fem
 from dolfinx.fem import petsc
 from petsc4py import PETSc
 
+from cellmech.fem.boundary import boundary
 from cellmech.fem.jit import compile_form
-from cellmech.fem.outline import Outline
 from cellmech.mechanics.balance import Body
+from cellmech.solver.linear import Linear
+from cellmech.solver.state import free_translations
+
+AXES = "xyz"
 
 
 class RigidModes:
-    """Rigid motions that nothing resists, taken out by a constraint: mean rotation 0, mean u_x 0.
+    """Rigid motions that nothing resists, taken out by constraints: mean rotations 0, mean horizontal displacements 0.
 
     Newton runs in the space of displacements orthogonal to the modes and on the residual projected onto it. The
-    tangent is made regular by springs at two nodes, whose effect is removed exactly (Sherman-Morrison-Woodbury).
+    tangent is made regular by springs at some nodes, whose effect is removed exactly (Sherman-Morrison-Woodbury).
 
     Args:
         vectors: orthonormal PETSc vectors b_k; the constraint is b_k . u = 0.
-        pins: owned dofs (process-local numbering) that get a spring; two in all over the ranks.
+        pins: owned dofs (process-local numbering) that get a spring, of all ranks no fewer than there are modes.
         names: of the modes, for messages.
     """
 
@@ -43,10 +47,10 @@ class RigidModes:
 
 
 class BorderedLU:
-    """Preconditioner that solves [K B; B^T 0] exactly, from one factorisation of K + springs at the pins."""
+    """Preconditioner that solves [K B; B^T 0] as exactly as one of K + springs at the pins does."""
 
-    def __init__(self, modes: RigidModes, prefix: str) -> None:
-        self.modes, self.prefix, self.stiffness = modes, prefix, 0.0
+    def __init__(self, modes: RigidModes, linear: Linear, prefix: str) -> None:
+        self.modes, self.linear, self.prefix, self.stiffness = modes, linear, prefix, 0.0
         self.inner: Any = None
         self.columns: list[PETSc.Vec] = []
         self.solved: list[PETSc.Vec] = []
@@ -57,8 +61,7 @@ class BorderedLU:
         if self.inner is None:
             self.inner = PETSc.PC().create(pc.getComm())
             self.inner.setOptionsPrefix(self.prefix)
-            self.inner.setType("lu")
-            self.inner.setFactorSolverType("mumps")
+            self.linear.install(self.inner)
         self.inner.setOperators(A)
         self.inner.setUp()
         self._forget()
@@ -87,12 +90,13 @@ class BorderedLU:
         """Begin anew, with another ordering too."""
         self._forget()
         if self.inner is not None:
+            self.inner.reset()
             self.inner.destroy()
             self.inner = None
 
     def _solve(self, rhs: PETSc.Vec) -> PETSc.Vec:
         z = rhs.duplicate()
-        self.inner.apply(rhs, z)
+        self.linear.exactly(rhs, z)
         return z
 
     def apply(self, pc: PETSc.PC, r: PETSc.Vec, z: PETSc.Vec) -> None:
@@ -104,20 +108,27 @@ class BorderedLU:
             z.axpy(-value if k < n else self.stiffness * value, solved)
 
 
-def rigid_modes(body: Body, centre: tuple[float, float], sideways: bool) -> RigidModes:
-    """Mean rotation about the centre, and mean u_x if `sideways`: both are set to zero.
+def rigid_modes(body: Body, centre: tuple[float, ...], sideways: bool) -> RigidModes:
+    """Mean rotations about the centre, and mean horizontal displacements if `sideways`: all are set to zero.
+
+    In the plane these are one rotation and u_x, in space three and two, less those that planes of symmetry hold.
 
     Args:
-        body: the problem; it must have no Dirichlet conditions.
+        body: the problem; no Dirichlet condition holds a component but on a plane of symmetry.
         centre: of the body at rest [µm].
-        sideways: take out the translation along x too.
+        sideways: take out the translations, too.
     """
     mesh, w = body.domain.mesh, ufl.TestFunction(body.space)
     X, dx = ufl.SpatialCoordinate(mesh), body.domain.dx(body.bulk_degree)
     c = fem.Constant(mesh, np.array(centre, dtype=float))
-    motions = {"rotation": ((X[0] - c[0]) * w[1] - (X[1] - c[1]) * w[0]) * dx}
-    if sideways:
-        motions["translation along x"] = w[0] * dx
+    free, motions = free_translations(body), {}
+    for axis, (a, b) in enumerate(((1, 2), (2, 0), (0, 1))):
+        if max(a, b) < len(free) and free[a] and free[b]:
+            name = "rotation" if len(free) == 2 else f"rotation about {AXES[axis]}"
+            motions[name] = ((X[a] - c[a]) * w[b] - (X[b] - c[b]) * w[a]) * dx
+    for k in (0, 2):
+        if sideways and k < len(free) and free[k]:
+            motions[f"translation along {AXES[k]}"] = w[k] * dx
     vectors: list[PETSc.Vec] = []
     for form in motions.values():
         b = petsc.assemble_vector(compile_form(form, mesh.comm))
@@ -126,21 +137,24 @@ def rigid_modes(body: Body, centre: tuple[float, float], sideways: bool) -> Rigi
             b.axpy(-earlier.dot(b), earlier)
         b.normalize()
         vectors.append(b)
-    return RigidModes(vectors, _pins(body), list(motions))
+    return RigidModes(vectors, _pins(body, free), list(motions))
 
 
-def _pins(body: Body) -> list[int]:
-    """Owned x-dofs of the lowest and the highest point of the outline: they regularise the tangent."""
-    outline = Outline(body.domain, body.space, "outer")
-    owned = body.space.dofmap.index_map.size_local
-    y, dofs = outline.reference[..., 1].ravel(), outline.dofs.ravel()
-    mine = dofs < owned
-    y, dofs = y[mine], dofs[mine]
-    comm = body.domain.mesh.comm
+def _pins(body: Body, free: np.ndarray) -> list[int]:
+    """Owned horizontal dofs of the lowest and the highest point of the outline: they regularise the tangent.
+
+    In space a point at its side is held along z, too, against the rotation about the vertical.
+    """
+    components, comm = len(free), body.domain.mesh.comm
+    nodes = np.unique(boundary(body.domain, body.space, "outer").dofs)
+    nodes = nodes[nodes < body.space.dofmap.index_map.size_local]
+    X = body.space.tabulate_dof_coordinates()[nodes]
+    held = [(sign, 1, k) for sign in (-1.0, 1.0) for k in (0, 2) if k < components and free[k]]
+    held += [(1.0, 0, 2)] if components == 3 and free[0] and free[2] else []
     pins = []
-    for sign in (-1.0, 1.0):
-        k = int(np.argmax(sign * y)) if len(y) else -1
-        best = [sign * y[k] if k >= 0 else -np.inf, -comm.rank]
+    for sign, axis, component in held:
+        k = int(np.argmax(sign * X[:, axis])) if len(X) else -1
+        best = [sign * X[k, axis] if k >= 0 else -np.inf, -comm.rank]
         if max(comm.allgather(best)) == best and k >= 0:
-            pins.append(2 * int(dofs[k]))
+            pins.append(components * int(nodes[k]) + component)
     return pins

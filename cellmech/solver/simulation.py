@@ -9,18 +9,21 @@ from functools import partial
 import numpy as np
 from mpi4py import MPI
 
-from cellmech.fem.outline import Outline
+from cellmech.causes import Cause, Reason
+from cellmech.fem.boundary import boundary
 from cellmech.mechanics.balance import Body
 from cellmech.mechanics.obstacles import Obstacle
 from cellmech.solver.acceptance import Acceptance, Refused
 from cellmech.solver.energy_balance import Ledger
 from cellmech.solver.instants import CLOSEST
-from cellmech.solver.newton import ROUND_OFF, TOLERANCE, Outcome, Solver
+from cellmech.solver.load_steps import LoadSteps
+from cellmech.solver.newton import TOLERANCE, Outcome, Solver
 from cellmech.solver.rigid_modes import RigidModes
 from cellmech.solver.schedule import LOAD_STEPS, SMALL, Memory, Schedule, Step, Totals
 from cellmech.solver.settling import NEARLY, settle
+from cellmech.solver.sizes import Sizes
 from cellmech.solver.state import State
-from cellmech.solver.stepping import LoadSteps, TimeSteps
+from cellmech.solver.time_steps import TimeSteps
 
 TOUCHING = 1e-12  # load amplitude at which the resting body counts as just touching
 MOVING_TOLERANCE = 1e-10  # of the solver with inertia: velocities carry what is left from step to step
@@ -59,9 +62,9 @@ class Run:
         self.comm: MPI.Comm = body.domain.mesh.comm
         self.components = body.space.dofmap.index_map_bs
         self.totals, self.t, self.last_step_s = Totals(), 0.0, 0.0
-        self.outline = Outline(body.domain, body.space, "outer")
+        self.outline = boundary(body.domain, body.space, "outer")
         self.reach_um = self.comm.allreduce(float(np.ptp(body.domain.mesh.geometry.x, axis=0).max()), op=MPI.MAX)
-        self.largest: list[float] = []  # so far: displacement, its deforming part [µm], mean velocity [µm/s]
+        self.sizes = Sizes(self.state, body.density is not None)
         self.ledger = Ledger(body, self.state)
         if touching and body.obstacles:
             self._touch(schedule.end_s if body.rate_dependent else 0.0)
@@ -83,7 +86,7 @@ class Run:
         self._settle(TOUCHING)
         touching = self.u.copy()
         self._settle(self.body.amplitude(end_s))
-        sunk = self._largest_node(self.u - touching)
+        sunk = self.sizes.largest_node(self.u - touching)
         self.schedule = dataclasses.replace(self.schedule, small_um=max(self.schedule.small_um, SMALL * sunk))
         self.u[:] = touching
         self.state.rest()
@@ -155,41 +158,11 @@ class Run:
         amplitude, before = self.body.amplitude, self.t - CLOSEST * self.schedule.end_s
         if not self.body.rate_dependent and amplitude(before) == amplitude(self.t):
             return 0.0
-        return self._largest_node(self.u - self.state.u_n.x.array) / self.last_step_s
+        return self.sizes.largest_node(self.u - self.state.u_n.x.array) / self.last_step_s
 
     def relative(self, error: np.ndarray, formula: tuple[float, float, float] | None = None) -> float:
-        """Largest nodal length of an error [µm] over the largest displacement so far [-]. Collective.
-
-        With inertia also that of its deforming part over the largest such part, as how far a body fell is no measure of
-        how accurately it is deformed; and, given the step's formula [1/s], the mean velocity's over the largest such
-        velocity: what a step makes of it, an impact in it above all, is carried along.
-        """
-        small, size = self.schedule.small_um, self._largest_node
-        sizes = [(size(self.u), size(error), small)]
-        if self.body.density is not None:
-            sizes.append((size(self._deforming(self.u)), size(self._deforming(error)), small))
-        if self.body.density is not None and formula is not None:
-            velocity, rate = self.state.nodal_velocity(formula), formula[0]
-            sizes.append((size(self._mean(velocity)), size(self._mean(rate * error)), rate * small))
-        largest = [*self.largest, *[0.0] * len(sizes)]
-        self._largest_now = [max(now, before) for (now, _, _), before in zip(sizes, largest, strict=False)]
-        pairs = zip(sizes, self._largest_now, strict=True)
-        return max(wrong / max(most, least) for (_, wrong, least), most in pairs)
-
-    def _mean(self, values: np.ndarray) -> np.ndarray:
-        """Mean of a nodal vector. Collective."""
-        index_map = self.body.space.dofmap.index_map
-        total = self.comm.allreduce(values.reshape(-1, self.components)[: index_map.size_local].sum(axis=0))
-        return np.asarray(total / index_map.size_global)
-
-    def _deforming(self, values: np.ndarray) -> np.ndarray:
-        """A nodal vector less its mean. Collective."""
-        return (values.reshape(-1, self.components) - self._mean(values)).ravel()
-
-    def _largest_node(self, values: np.ndarray) -> float:
-        """Largest length of a nodal vector over all ranks."""
-        mine = float(np.sqrt(np.max(np.sum(values.reshape(-1, self.components) ** 2, axis=1), initial=0.0)))
-        return self.comm.allreduce(mine, op=MPI.MAX)
+        """An error [µm] over what it is measured by [-], see `Sizes.relative`. Collective."""
+        return self.sizes.relative(error, self.schedule.small_um, formula)
 
     def solve(self, amplitude: float, rough: bool = False, leap: bool = False) -> Outcome:
         """Solve at a load amplitude, beginning near the present displacement, and count what it took."""
@@ -265,7 +238,8 @@ class Run:
         step = self._solved
         self.t, self.last_step_s = step.t_s, step.dt_s
         self.totals.steps += 1
-        self.largest = self._largest_now if step.error_estimate is not None else self.largest
+        if step.error_estimate is not None:
+            self.sizes.keep()
         self.ledger.add_step(step.amplitude, step.dt_s)
         return step
 
@@ -277,11 +251,12 @@ class Run:
         self.acceptance.begin_again()
         return True
 
-    def no_way_on(self, reason: str, amplitude: float, t: float | None = None) -> str:
-        """The message of a failure, at the present time or t [s]."""
+    def no_way_on(self, reason: Reason, amplitude: float, t: float | None = None) -> Reason:
+        """The reason of a failure with its place: the present time or t [s]."""
         place = f"{self.t if t is None else t:.6g} s, load amplitude {amplitude:.6g}: {reason}"
-        drowned = reason.startswith(ROUND_OFF)
-        return f"the solver stops beyond t = {place}" if drowned else f"no equilibrium beyond t = {place}"
+        drowned = reason.cause is Cause.ROUND_OFF
+        text = f"the solver stops beyond t = {place}" if drowned else f"no equilibrium beyond t = {place}"
+        return Reason(reason.cause, text)
 
     def memory(self) -> Memory:
         """All that decides how the run goes on after the last accepted step."""
@@ -289,7 +264,7 @@ class Run:
         numbers = {
             "t": self.t,
             "last_step_s": self.last_step_s,
-            "largest": self.largest,
+            "largest": self.sizes.so_far,
             "totals": dataclasses.asdict(self.totals),
             "load_steps": self.schedule.load_steps,
             "out_of_reach": [str(o) for o in self.out_of_reach],
@@ -306,7 +281,7 @@ class Run:
         if reached := [o for o in self.out_of_reach if str(o) not in numbers["out_of_reach"]]:
             self._put_in(reached)
         self.state.recall(numbers["offsets"], fields, self.body.density is not None)
-        self.t, self.last_step_s, self.largest = (numbers[key] for key in ("t", "last_step_s", "largest"))
+        self.t, self.last_step_s, self.sizes.so_far = (numbers[key] for key in ("t", "last_step_s", "largest"))
         self.totals = Totals(**numbers["totals"])
         self.schedule = dataclasses.replace(self.schedule, load_steps=numbers["load_steps"])
         self.ledger.recall(numbers["ledger"], fields)

@@ -13,35 +13,20 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from cellmech.console import bear_any_text, say
-from cellmech.errors import CellmechError, InputError
-from cellmech.names import path_there
-from cellmech.results.records import to_csv, write_whole
-from cellmech.surroundings import open_streams
+from cellmech import InputError
+from cellmech.figures import Section, path_there, run_command, say, write_text
+from cellmech.results import to_csv
 from studies.paper.comparison import compare
 from studies.paper.ours import STUDIES
 from studies.paper.printed import PAPER_NUMBERS, read_paper
 
-MOST_FAULTS = 60  # that are named
 Command = Callable[[argparse.Namespace], list[str]]
 """What a command does; what is missing is returned, a line each."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command line; the exit status is returned."""
-    open_streams()
-    bear_any_text()
-    options = _parser().parse_args(arguments)
-    try:
-        faults = options.run(options)
-    except CellmechError as error:
-        say(f"error: {error}", sys.stderr)
-        return 2 if isinstance(error, InputError) else 1
-    if faults:
-        more = f"; and {len(faults) - MOST_FAULTS} more" if len(faults) > MOST_FAULTS else ""
-        text = "; ".join(faults[:MOST_FAULTS]) + more
-        say(f"warning: {options.results}: not complete: {text}", sys.stderr)
-    return 1 if faults else 0
+    return run_command(_parser(), arguments, lambda options: options.run(options))
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -73,7 +58,7 @@ def _parser() -> argparse.ArgumentParser:
     fits = add("fit-readings", _fit_readings, "fit a reading to some figures, predict the others: reading-fits.md")
     fits.add_argument("--only", action="append", default=[], metavar="NAME", help="this fit; can be repeated")
     add("stresses", _stresses, "which von Mises stress fits the print, in the best reading: stresses.md and .csv")
-    calibrate = add("calibrate", _calibrate, "fit open inputs: calibration.md and .csv, and the studies of the fits")
+    calibrate = add("calibrate", _calibrate, "fit open inputs: calibration.md and .csv; saint-venant-limit.toml")
     calibrate.add_argument("--set", nargs="+", default=[], metavar="KEY=VALUE", help="overrides of every scene")
     return parser
 
@@ -81,8 +66,8 @@ def _parser() -> argparse.ArgumentParser:
 def _compare(options: argparse.Namespace) -> list[str]:
     comparison = compare(options.results, options.paper)
     say("\n".join(comparison.reading()))
-    _write(_figures(options) / "compare.md", comparison.markdown())
-    _write(_figures(options) / "compare.csv", comparison.csv())
+    write_text(_figures(options) / "compare.md", comparison.markdown())
+    write_text(_figures(options) / "compare.csv", comparison.csv())
     return comparison.ours.unsolved()
 
 
@@ -90,21 +75,21 @@ def _report(options: argparse.Namespace) -> list[str]:
     from studies.paper.report import report_html  # brings Jinja2 and Pillow along
 
     comparison = compare(options.results, options.paper)
-    _write((options.out or options.results) / "report.html", report_html(options.results, comparison))
+    write_text((options.out or options.results) / "report.html", report_html(options.results, comparison))
     return comparison.ours.unsolved()
 
 
 def _audit(options: argparse.Namespace) -> list[str]:
-    from cellmech.figures.style import save, style
+    from cellmech.figures import save, styled
     from studies.paper.audit import read_audit
     from studies.paper.audit_picture import draw_audit
     from studies.paper.audit_tables import audit_csv, audit_markdown, reading
 
     audit = read_audit(options.results, read_paper(options.paper), options.studies)
     say("\n".join(reading(audit)))
-    _write(_figures(options) / "audit.md", audit_markdown(audit))
-    _write(_figures(options) / "audit.csv", audit_csv(audit))
-    with style():
+    write_text(_figures(options) / "audit.md", audit_markdown(audit))
+    write_text(_figures(options) / "audit.csv", audit_csv(audit))
+    with styled():
         for path in save(draw_audit(audit), _figures(options), "audit"):
             say(str(path))
     return audit.missing()
@@ -113,7 +98,7 @@ def _audit(options: argparse.Namespace) -> list[str]:
 def _audit_study(options: argparse.Namespace) -> list[str]:
     from studies.paper.audit_studies import singles_text
 
-    _write((options.out or options.studies) / "audit.toml", singles_text())
+    write_text((options.out or options.studies) / "audit.toml", singles_text())
     return []
 
 
@@ -122,28 +107,26 @@ def _audit_pairs(options: argparse.Namespace) -> list[str]:
     from studies.paper.audit_studies import pairs_text
 
     audit = read_audit(options.results, read_paper(options.paper), options.studies, pairs=False)
-    _write((options.out or options.studies) / "audit-pairs.toml", pairs_text(audit))
+    write_text((options.out or options.studies) / "audit-pairs.toml", pairs_text(audit))
     return audit.missing()
 
 
 def _readings(options: argparse.Namespace) -> list[str]:
-    from cellmech.fem import started
-    from studies.paper import readings
+    from cellmech.fem import MPI
+    from studies.paper import reading_tables, readings
 
     paper, place = read_paper(options.paper), options.results / "readings"
     chosen = _chosen(readings.READINGS, options.only)
     for one in () if options.unsolved else chosen:
         readings.solve(one, paper, place, everything=options.whole)
-    if started.MPI.COMM_WORLD.rank != 0:
+    if MPI.COMM_WORLD.rank != 0:
         return []
     there = [one for one in readings.READINGS if (place / one.name).is_dir()]
     scores = {one.name: readings.score(one, paper, place) for one in there}
-    sections = [readings.reading_section(list(scores.values()))]
+    sections = [reading_tables.reading_section(list(scores.values())), reading_tables.resolved_section(scores)]
     if {"printed", readings.EFFECTIVE} <= scores.keys():
-        sections.append(readings.beside_section(scores["printed"], scores[readings.EFFECTIVE]))
-    say(sections[0].markdown())
-    _write(_figures(options) / "readings.md", "\n\n".join(section.markdown() for section in sections) + "\n")
-    _write(_figures(options) / "readings.csv", to_csv([r for s in sections for r in s.records()], ("section",)))
+        sections.append(reading_tables.beside_section(scores["printed"], scores[readings.EFFECTIVE]))
+    _write_sections(_figures(options), "readings", sections)
     return []
 
 
@@ -164,7 +147,7 @@ def _effective_study(options: argparse.Namespace) -> list[str]:
     from studies.paper import readings
 
     text = readings.effective_study(readings.named(readings.EFFECTIVE), read_paper(options.paper))
-    _write((options.out or options.studies) / "paper-effective.toml", text)
+    write_text((options.out or options.studies) / "paper-effective.toml", text)
     return []
 
 
@@ -172,39 +155,36 @@ def _stresses(options: argparse.Namespace) -> list[str]:
     from studies.paper import readings, stresses
 
     section = stresses.stress_section(readings.named(readings.EFFECTIVE), read_paper(options.paper), _say)
-    say(section.markdown())
-    _write(_figures(options) / "stresses.md", section.markdown() + "\n")
-    _write(_figures(options) / "stresses.csv", to_csv(section.records()))
+    _write_sections(_figures(options), "stresses", [section])
     return []
 
 
 def _fit_readings(options: argparse.Namespace) -> list[str]:
-    from studies.paper import reading_fit, readings
+    from studies.paper import reading_fit, reading_tables, readings
 
     paper, place = read_paper(options.paper), options.results / "reading-fits"
 
-    def judge(reading: readings.Reading, tables: Sequence[str]) -> readings.Score:
-        readings.solve(reading, paper, place, tables)
+    def judge(reading: readings.Reading, tables: Sequence[str], everything: bool) -> readings.Score:
+        readings.solve(reading, paper, place, tables, everything)
         return readings.score(reading, paper, place)
 
     plans = _chosen(reading_fit.PLANS, options.only)
-    section = reading_fit.fit_section([reading_fit.fit(plan, judge, _say) for plan in plans])
-    say(section.markdown())
-    _write(_figures(options) / "reading-fits.md", section.markdown() + "\n")
-    _write(_figures(options) / "reading-fits.csv", to_csv(section.records()))
+    fits = [reading_fit.fit(plan, judge, _say) for plan in plans]
+    sections = [reading_fit.fit_section(fits), reading_tables.reading_section([one.score for one in fits])]
+    _write_sections(_figures(options), "reading-fits", sections)
     return []
 
 
 def _calibrate(options: argparse.Namespace) -> list[str]:
     from functools import partial
 
-    from cellmech.fem import shared_memory, started
-    from cellmech.scene.studies import load_study
-    from studies.paper import calibrated
+    from cellmech.fem import MPI, release
+    from cellmech.scene import load_study
+    from studies.paper import calibration_tables
     from studies.paper.calibration import end_state, fit_all
 
-    world = started.MPI.COMM_WORLD
-    shared_memory.release(world)
+    world = MPI.COMM_WORLD
+    release(world)
     load_study(None, options.set)  # refuses a bad override on every rank alike
     solve, paper = partial(end_state, overrides=options.set), read_paper(options.paper)
     try:
@@ -216,11 +196,17 @@ def _calibrate(options: argparse.Namespace) -> list[str]:
         raise
     if world.rank == 0:
         mesh = f"mesh of {' '.join(options.set)}" if options.set else "default mesh"
-        _write(_figures(options) / "calibration.md", calibrated.calibration_markdown(fits, mesh))
-        _write(_figures(options) / "calibration.csv", calibrated.calibration_csv(fits))
-        _write(options.studies / "calibrated.toml", calibrated.calibrated_study(fits, mesh))
-        _write(options.studies / "saint-venant-limit.toml", calibrated.limit_study(fits, mesh))
+        write_text(_figures(options) / "calibration.md", calibration_tables.calibration_markdown(fits, mesh))
+        write_text(_figures(options) / "calibration.csv", calibration_tables.calibration_csv(fits))
+        write_text(options.studies / "saint-venant-limit.toml", calibration_tables.limit_study(fits, mesh))
     return []
+
+
+def _write_sections(folder: Path, stem: str, sections: Sequence[Section]) -> None:
+    """Show the first, write all."""
+    say(sections[0].markdown())
+    write_text(folder / f"{stem}.md", "\n\n".join(section.markdown() for section in sections) + "\n")
+    write_text(folder / f"{stem}.csv", to_csv([r for s in sections for r in s.records()], ("section",)))
 
 
 def _say(line: str) -> None:
@@ -229,15 +215,6 @@ def _say(line: str) -> None:
 
 def _figures(options: argparse.Namespace) -> Path:
     return Path(options.out or options.results / "figures")
-
-
-def _write(path: Path, text: str) -> None:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(path, text)
-    except OSError as error:
-        raise InputError("--out", str(path.parent), f"cannot be written to ({error.strerror or error})") from None
-    say(str(path))
 
 
 if __name__ == "__main__":

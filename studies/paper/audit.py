@@ -12,11 +12,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from cellmech.errors import InputError
-from cellmech.figures.results import StudyResult, read_planned
-from cellmech.figures.style import QUANTITIES
-from cellmech.results.result import Result
-from cellmech.scene.studies import load_study
+from cellmech import InputError
+from cellmech.figures import QUANTITIES, StudyResult, read_planned
+from cellmech.results import Result
+from cellmech.scene import load_study
 from studies.paper.bounds import Bounded, bounded, bounds
 from studies.paper.choices import QUESTIONS, SUBJECTS, Subject, Trial, trial
 from studies.paper.misfit import misfit

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from cellmech.figures.style import FAULT_COLOUR, PAPER, QUANTITIES, SMALL, TINY, Quantity, provenance
+from cellmech.figures import FAULT_COLOUR, PAPER, QUANTITIES, SMALL, TINY, Quantity, provenance
 from studies.paper.audit import CLOSE, Audit, Tried
 from studies.paper.choices import QUESTIONS, SUBJECTS
 from studies.paper.printed import LAWS, in_print

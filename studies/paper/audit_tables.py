@@ -6,16 +6,15 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from cellmech.figures.style import PAPER, provenance
-from cellmech.results.records import to_csv
+from cellmech import Cause
+from cellmech.figures import NONE, PAPER, Row, Section, plain, provenance, signal, significant, tone_of, verdict, yes
+from cellmech.results import to_csv
 from studies.paper.audit import MAXIMA, Audit, Tried
 from studies.paper.bounds import bounds, least_J2
 from studies.paper.choices import QUESTIONS, SUBJECTS, Subject
 from studies.paper.misfit import log_ratio
 from studies.paper.printed import RESTS, in_print
-from studies.paper.section import NONE, Row, Section, plain, signal, significant, tone_of, verdict, yes
 
-SLIDES = "slides"  # begins the reason of a case that has no equilibrium without friction
 HOW = (
     "Ratios are (ours − q0)/(printed − q0), q0 the value at rest; ours are the largest values in the nucleus of "
     "the static state at the end. Rows: the four laws of Figure 2; fluid: Figure 4's largest strains (c_f,l = "
@@ -62,7 +61,7 @@ def reading(audit: Audit) -> list[str]:
 
 def _of_runs(audit: Audit) -> Iterable[str]:
     failed = [tried for tried in audit.tried if tried.failure and tried.slot.case]
-    slides = sum(tried.failure.startswith(SLIDES) for tried in failed)
+    slides = sum(tried.slot.case.cause is Cause.SLIDES for tried in failed if tried.slot.case)
     lost = len(audit.missing())
     yield (
         f"{len(audit.tried)} runs: {len(audit.solved())} with a solution, {len(failed) - slides} without an "

@@ -15,12 +15,11 @@ from typing import Any
 
 import numpy as np
 
-from cellmech.figures.style import QUANTITIES
+from cellmech.figures import QUANTITIES, Row, Section, plain, signal, significant, verdict, yes
 from studies.paper.numbers import ROWS
 from studies.paper.ours import Ours, Slot
 from studies.paper.places import TABLE_NAMES
 from studies.paper.printed import Paper, PrintedRow, half_digit, in_print
-from studies.paper.section import Row, Section, plain, signal, significant, verdict, yes
 
 Maxima = Mapping[str, float]
 """sigma [Pa], J1, J2, J3: the largest in the nucleus; NaN where not known."""
@@ -115,10 +114,13 @@ class Bounded:
         return obeys_identity(self.rounded(J1=-1, J2=1, J3=1))
 
 
+ROUND_OFF = 1e-9  # relative: a state that meets a rule with equality, such as S1, is within rounding of it
+
+
 def obeys_bounds(slot: Slot, values: Maxima) -> bool | None:
     """Whether the stress is as large as the strains demand; None where that cannot be said."""
     known = [bound for bound in bounds(slot, values) if math.isfinite(bound)]
-    return values["sigma"] >= max(known) if known and math.isfinite(values["sigma"]) else None
+    return values["sigma"] >= (1 - ROUND_OFF) * max(known) if known and math.isfinite(values["sigma"]) else None
 
 
 def least_J2(values: Maxima) -> float:
@@ -129,7 +131,7 @@ def least_J2(values: Maxima) -> float:
 def obeys_identity(values: Maxima) -> bool | None:
     """Whether the largest J2 is as large as that; None where that cannot be said."""
     least = least_J2(values)
-    return values["J2"] >= least if math.isfinite(least) and math.isfinite(values["J2"]) else None
+    return values["J2"] >= (1 - ROUND_OFF) * least if math.isfinite(least) and math.isfinite(values["J2"]) else None
 
 
 def bounded_rows(paper: Paper, ours: Ours) -> list[Bounded]:

@@ -6,20 +6,17 @@ What is varied are logarithms, and a residual is the ln of ours / printed of the
 from __future__ import annotations
 
 import math
-import tempfile
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import closing
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from mpi4py import MPI
 from scipy.optimize import least_squares
 
-from cellmech.errors import SolveError
-from cellmech.figures.style import QUANTITIES
-from cellmech.scene.studies import load_study
+from cellmech import SolveError, solve
+from cellmech.figures import QUANTITIES
+from cellmech.scene import load_study
 from studies.paper.misfit import log_ratio, misfit, one_sided
 from studies.paper.printed import LAWS, RESTS, Paper
 
@@ -101,15 +98,13 @@ Printed = Mapping[str, Mapping[str, float]]
 
 def end_state(settings: Settings, overrides: Sequence[str] = ()) -> dict[str, float]:
     """Solve Table 1's scene with these settings for its end state; a `Solve`."""
-    from cellmech.results.records import CaseFolder
-    from cellmech.runs.case import mesh_plan, solve_case  # brings DOLFINx along
-
     texts = [f"{key}={value}" for key, value in ({"time.history": "false"} | dict(settings)).items()]
     (case,) = load_study(None, [*texts, *overrides]).cases
-    with tempfile.TemporaryDirectory() as place, closing(CaseFolder(Path(place), MPI.COMM_SELF)) as folder:
-        result = solve_case(case, folder, MPI.COMM_SELF, mesh_plan(case.scene), lambda progress: None)
-    solved = result["status"] == "solved"
-    return {q.paper_key: result["nucleus"][f"{q.key}_max{q.suffix}"] if solved else math.nan for q in QUANTITIES}
+    result = solve(case.scene, comm=MPI.COMM_SELF, check=False)
+    return {
+        q.paper_key: result.get(f"nucleus.{q.key}_max{q.suffix}") if not result.failure else math.nan
+        for q in QUANTITIES
+    }
 
 
 class _Model:
@@ -201,8 +196,7 @@ def fit_all(paper: Paper, solve: Solve, comm: MPI.Intracomm, note: Callable[[str
         comm: the ranks.
         note: told of each fit that has ended, on the rank that made it.
     """
-    from cellmech.runs.handout import Counter
-    from cellmech.runs.sweep import hand_out
+    from cellmech.runs import Counter, hand_out
 
     printed = {law: paper.table("fig2")[law].values for law in LAWS}
     others = [law for law in LAWS if law != COLLAPSING]

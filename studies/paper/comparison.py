@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-import math
-import statistics
-from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from cellmech.figures.style import PAPER, provenance
-from cellmech.results.records import to_csv
+from cellmech.figures import PAPER, Section, how_far, median_ratio, outside_bars, provenance, significant
+from cellmech.results import to_csv
 from studies.paper.bounds import Bounded, bound_section, bounded_rows, identity_section
 from studies.paper.numbers import Number, all_numbers, implied_means, judged, mean_section, number_sections
 from studies.paper.ours import Ours, read_ours
 from studies.paper.places import TABLE_NAMES, Place, all_places, extremes, place_section
 from studies.paper.printed import PAPER_NUMBERS, Paper, at, read_paper
-from studies.paper.section import Section, significant
 from studies.paper.twins import share_section, twin_section, unsolved_section
 
 HOW = (
@@ -67,15 +63,7 @@ class Comparison:
 
     def median_ratio(self, quantity: str) -> float:
         """The middle one of a quantity's ratios of q − q0; NaN when there is none."""
-        found = [
-            n.ratio_from_rest for n in (*self.numbers, *self.means) if n.quantity == quantity and not n.is_misprint
-        ]
-        known = [ratio for ratio in found if math.isfinite(ratio)]
-        return statistics.median(known) if known else math.nan
-
-    def tones(self) -> Counter[str]:
-        """How many numbers are how far off."""
-        return Counter(number.tone for number in self.judged())
+        return median_ratio(n for n in (*self.numbers, *self.means) if n.quantity == quantity and not n.is_misprint)
 
     def extremes(self) -> tuple[int, int]:
         """How many extremes are where the paper has them, and of how many that can be judged."""
@@ -91,19 +79,12 @@ class Comparison:
         return [*self._of_numbers(), *self._of_places(), *self._of_the_print()]
 
     def _of_numbers(self) -> Iterable[str]:
-        tones, judged = self.tones(), self.judged()
-        lost = sum(bool(number.slot.reason) for number in judged)
-        yield (
-            f"{len(judged)} printed numbers: on q − q0, {tones['close']} of ours are within 5 %, {tones['near']} more "
-            f"within a factor 2, {tones['off']} within 10, {tones['far']} further off, {tones['other']} of the other "
-            f"sign{f'; {lost} without a result here' if lost else ''}."
-        )
+        judged = self.judged()
+        yield how_far(judged, sum(bool(number.slot.reason) for number in judged), "printed numbers")
         parts = {"sigma": "σ_Mises", "J1": "J1 − 2", "J2": "J2 − 2", "J3": "J3 − 1"}
         middle = (f"{name} × {significant(self.median_ratio(q), 2)}" for q, name in parts.items())
         yield f"Typical (median) ours/printed: {', '.join(middle)}."
-        bars = [number.outside for number in judged if number.outside is not None]
-        if bars:
-            yield f"Of {len(bars)} printed numbers whose error was measured, {sum(bars)} lie outside our error bars."
+        yield from outside_bars(judged, "printed numbers")
 
     def _of_places(self) -> Iterable[str]:
         good, known = self.extremes()
@@ -113,10 +94,11 @@ class Comparison:
         yield f"The paper's one case without convergence, {at(self.paper.not_converged)}: {result}."
 
     def _of_the_print(self) -> Iterable[str]:
-        stress = [row.stress_possible for row in self.rows if row.stress_possible is not None]
+        stress = [row.stress_possible for row in self.rows]
+        silent = f"; for {stress.count(None)} they demand nothing" if None in stress else ""
         yield (
             f"The print against itself: in {stress.count(False)} of {len(stress)} rows σ_Mises is smaller than "
-            "the printed J1, J2, J3 demand with the printed moduli: no load can give both."
+            f"the printed J1, J2, J3 demand with the printed moduli: no load can give both{silent}."
         )
         if strange := [row.label for row in self.rows if row.J2_possible is False]:
             yield f"J2 = J1² − 2 J3 cannot hold in {'; '.join(strange)}."

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -35,6 +36,32 @@ def one_sided(
         moved[index] += step if logs[index] + step < most[index] else -step
         columns.append((residuals(moved) - here) / (moved[index] - logs[index]))
     return np.column_stack(columns)
+
+
+@dataclass
+class Secants:
+    """Derivatives by differences once, then by Broyden's rank-one updates from where residuals are known anyway.
+
+    Args:
+        residuals: of the logarithms of what is fitted, shape (n,).
+        differences: their derivatives, shape (n, n_free).
+    """
+
+    residuals: Callable[[np.ndarray], np.ndarray]
+    differences: Callable[[np.ndarray], np.ndarray]
+    last: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None  # where, residuals, derivatives
+
+    def at(self, logs: np.ndarray) -> np.ndarray:
+        """The derivatives there, shape (n, n_free)."""
+        here = self.residuals(logs)
+        if self.last is None:
+            slopes = self.differences(logs)
+        else:
+            where, before, slopes = self.last
+            step = logs - where
+            slopes = slopes + np.outer(here - before - slopes @ step, step) / (step @ step)
+        self.last = logs.copy(), here, slopes
+        return slopes
 
 
 def misfit(ratios: Iterable[float]) -> float:

@@ -7,10 +7,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from cellmech.figures.style import QUANTITIES
+from cellmech.figures import QUANTITIES, Pair, Row, Section, signal, significant
 from studies.paper.ours import Ours, Slot
 from studies.paper.printed import LAWS, NUCLEUS_PERCENT, RESTS, TABLES, Paper, PrintedRow, half_digit, in_print
-from studies.paper.section import NONE, Row, Section, signal, significant, tone_of
 
 NAMES = {"sigma": "σ_Mises [Pa]", "SI": "shape index"} | {f"share_{k}": f"share of {k} [%]" for k in ("J1", "J2", "J3")}
 TITLES = {
@@ -34,17 +33,14 @@ ROWS = {  # what the paper gives the rows of its sweeps for
 PAPERS_MAXIMA = {q.paper_key: q for q in QUANTITIES}
 
 
-@dataclass(frozen=True)
-class Number:
-    """A printed number and ours.
+@dataclass(frozen=True, kw_only=True)
+class Number(Pair):
+    """A printed number and ours; theirs is known to half a unit of its last digit.
 
     Args:
         table, row: where it is printed.
         quantity: "sigma", "J1", "share_J1", "SI", ..., or "mean_J1" for what a printed share implies.
         kind: what ours is.
-        printed: the paper's value.
-        half_digit: half a unit of its last digit.
-        rest: the value where nothing is deformed.
         slot: our case.
         key: of ours in result.json, dotted.
         note: what else there is to say.
@@ -54,55 +50,14 @@ class Number:
     row: str
     quantity: str
     kind: str
-    printed: float
-    half_digit: float
-    rest: float
     slot: Slot
     key: str
     note: str = ""
 
     @property
-    def ours(self) -> float:
-        """Our value; NaN when there is none."""
-        return self.slot.value(self.key)
-
-    @property
-    def error(self) -> float:
-        """How far our value may be off; NaN when that was not measured."""
-        return self.slot.error(self.key)
-
-    @property
-    def outside(self) -> bool | None:
-        """Whether the printed value lies outside our error bar, half its last digit granted; None if not measured."""
-        gap = abs(self.ours - self.printed)
-        return None if math.isnan(gap) or math.isnan(self.error) else gap > self.error + self.half_digit
-
-    @property
-    def ratio(self) -> float:
-        """Ours / printed."""
-        return self.ours / self.printed if self.printed else math.nan
-
-    @property
-    def ratio_from_rest(self) -> float:
-        """The same of the differences from rest; NaN where the print is the value at rest."""
-        gap = self.printed - self.rest
-        return (self.ours - self.rest) / gap if abs(gap) > 1e-9 else math.nan
-
-    @property
     def score(self) -> float:
         """The ratio that counts: of the differences from rest; raw for a shape index, whose rest is not known."""
         return self.ratio if self.quantity == "SI" else self.ratio_from_rest
-
-    @property
-    def sign(self) -> str:
-        """Of ours - printed."""
-        difference = self.ours - self.printed
-        return NONE if math.isnan(difference) else "+" if difference > 0 else "−" if difference < 0 else "0"
-
-    @property
-    def tone(self) -> str:
-        """How far ours is off, of the differences from rest."""
-        return tone_of(self.ratio_from_rest)
 
     @property
     def is_misprint(self) -> bool:
@@ -126,10 +81,10 @@ def _numbers_of(row: PrintedRow, slot: Slot) -> Iterator[Number]:
         elsewhere = f"{in_print(name, row.values[name])} elsewhere" if name in row.values else "repeats the largest"
         pairs.append((name, value, f"misprint: {elsewhere}"))
     for name, value, note in pairs:
-        rest, half = RESTS[name], half_digit(name, value)
+        rest = RESTS[name]
         if name == "SI":
             found = [
-                Number(row.table, row.name, name, f"end, {label}", value, half, rest, slot, f"shape_index.{key}")
+                _number(row, name, f"end, {label}", value, rest, slot, f"shape_index.{key}")
                 for key, (label, rest) in OUTLINES.items()
             ]
             nearest = min(found, key=lambda number: math.inf if math.isnan(number.ours) else abs(number.ours - value))
@@ -138,12 +93,32 @@ def _numbers_of(row: PrintedRow, slot: Slot) -> Iterator[Number]:
                 yield replace(number, note=mark)
         elif name.startswith("share_"):
             key = f"share_of_area_percent.{name.removeprefix('share_')}"
-            yield Number(row.table, row.name, name, "end", value, half, rest, slot, key, note)
+            yield _number(row, name, "end", value, rest, slot, key, note)
         else:
             q = PAPERS_MAXIMA[name]
             kind, tail = ("over time", "_max_over_time") if row.table == "fig2" else ("end", "_max")
             key = f"nucleus.{q.key}{tail}{q.suffix}"
-            yield Number(row.table, row.name, name, kind, value, half, rest, slot, key, note)
+            yield _number(row, name, kind, value, rest, slot, key, note)
+
+
+def _number(
+    row: PrintedRow, quantity: str, kind: str, value: float, rest: float, slot: Slot, key: str, note: str = ""
+) -> Number:
+    """A printed value beside our number of this key."""
+    return Number(
+        table=row.table,
+        row=row.name,
+        quantity=quantity,
+        kind=kind,
+        theirs=value,
+        uncertainty=half_digit(quantity, value),
+        rest=rest,
+        ours=slot.value(key),
+        error=slot.error(key),
+        slot=slot,
+        key=key,
+        note=note,
+    )
 
 
 def implied_means(numbers: Iterable[Number]) -> list[Number]:
@@ -152,9 +127,20 @@ def implied_means(numbers: Iterable[Number]) -> list[Number]:
     for number in numbers:
         if number.quantity.startswith("share_"):
             q, factor = number.quantity.removeprefix("share_"), number.slot.area_ratio / 100
-            values = number.printed * factor, number.half_digit * factor, RESTS[q]
-            name = f"mean_{q}"
-            found.append(Number(number.table, number.row, name, "end", *values, number.slot, f"nucleus.{q}_mean"))
+            key = f"nucleus.{q}_mean"
+            mean = replace(
+                number,
+                quantity=f"mean_{q}",
+                kind="end",
+                theirs=number.theirs * factor,
+                uncertainty=number.uncertainty * factor,
+                rest=RESTS[q],
+                ours=number.slot.value(key),
+                error=number.slot.error(key),
+                key=key,
+                note="",
+            )
+            found.append(mean)
     return found
 
 
@@ -197,12 +183,12 @@ def quantity_label(number: Number) -> str:
 def _row(number: Number) -> Row:
     n, mean = number, number.quantity.startswith("mean_")
     remark = n.slot.reason or n.note
-    if not remark and abs(n.printed - n.rest) <= n.half_digit:
+    if not remark and abs(n.theirs - n.rest) <= n.uncertainty:
         remark = "the print is the value at rest"
     cells = (
         row_label(n),
         quantity_label(n),
-        f"{n.printed:.2f}" if mean else in_print(n.quantity, n.printed),
+        f"{n.theirs:.2f}" if mean else in_print(n.quantity, n.theirs),
         signal(n.ours, n.rest, n.error),
         significant(n.error, 1),
         significant(n.ratio),
@@ -212,9 +198,8 @@ def _row(number: Number) -> Row:
     )
     record: dict[str, Any] = {"table": n.table, "row": n.row, "case": n.slot.name}
     record |= {f"at_{key}": n.slot.parameter(key) for key in n.slot.axes}
-    record |= {"quantity": n.quantity, "kind": n.kind, "printed": n.printed, "printed_half_digit": n.half_digit}
-    record |= {"rest": n.rest, "ours": n.ours, "error": n.error, "ratio": n.ratio, "ratio_from_rest": n.ratio_from_rest}
-    record |= {"sign": n.sign.replace("−", "-").replace(NONE, ""), "how_far": n.tone, "status": n.slot.status}
+    record |= {"quantity": n.quantity, "kind": n.kind, "printed": n.theirs, "printed_half_digit": n.uncertainty}
+    record |= n.judgement() | {"status": n.slot.status}
     return Row(cells, record | {"remark": remark}, n.tone)
 
 

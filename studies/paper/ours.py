@@ -7,11 +7,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from cellmech.errors import InputError
-from cellmech.figures.results import StudyResult
-from cellmech.results.result import Result, load
-from cellmech.scene.scene import Scene
-from cellmech.scene.studies import load_study
+from cellmech import InputError, Scene
+from cellmech.figures import StudyResult
+from cellmech.results import Result, load
+from cellmech.scene import load_study
 from studies.paper.printed import LAWS, PLACES, PrintedRow, at
 
 STUDIES = Path(__file__).resolve().parents[1]

@@ -7,10 +7,10 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from cellmech.figures import NONE, Row, Section, plain, signal, significant, verdict, yes
 from studies.paper.numbers import NAMES, Number
 from studies.paper.ours import Ours
 from studies.paper.printed import RESTS, Paper
-from studies.paper.section import NONE, Row, Section, plain, signal, significant, verdict, yes
 
 TIE = 0.01  # a lead over the runner-up of less than 1 % of the signal is called a near tie
 SWEEPS = ("fig4", "fig6")
@@ -79,7 +79,7 @@ def _named(table: str, ours: Ours, numbers: Sequence[Number]) -> Iterator[Place]
     for (quantity, kind), of in found.items():
         if len(of) < 2:
             continue
-        any_number, printed = next(iter(of.values())), {label: number.printed for label, number in of.items()}
+        any_number, printed = next(iter(of.values())), {label: number.theirs for label, number in of.items()}
         here = {slot.label: slot.value(any_number.key) for slot in ours.slots[table]}
         name = f"{quantity} ({kind.removeprefix('end, ')})" if kind else quantity
         for pick, what in ((max, "largest"), (min, "smallest")):

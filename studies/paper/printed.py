@@ -8,13 +8,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from cellmech.errors import InputError
-from cellmech.figures import style
-from cellmech.figures.style import QUANTITIES, printed
-from cellmech.scene.toml_file import read_toml
+from cellmech import InputError
+from cellmech.figures import LAWS as STYLES
+from cellmech.figures import QUANTITIES, printed
+from cellmech.scene import read_toml
 
 PAPER_NUMBERS = Path(__file__).resolve().parents[1] / "paper_numbers.toml"
-LAWS = {name: style.LAWS[name] for name in ("saint-venant", "neo-hookean", "mooney-rivlin", "yeoh")}  # of Figure 2
+LAWS = {name: STYLES[name] for name in ("saint-venant", "neo-hookean", "mooney-rivlin", "yeoh")}  # of Figure 2
 TABLES = ("fig2", "fig4", "fig6", "table3")
 NUCLEUS_PERCENT = 25.0  # of the cell's area, by Table 1's radii
 

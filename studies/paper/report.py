@@ -2,22 +2,30 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
-from markupsafe import Markup, escape
+from markupsafe import Markup
 
-from cellmech.errors import InputError
+from cellmech import InputError
+from cellmech.figures import (
+    TONES,
+    Runs,
+    Shown,
+    Tile,
+    duration,
+    embed,
+    environment,
+    markdown_html,
+    runs_of,
+    significant,
+    verdict,
+)
 from studies.paper.comparison import HOW, Comparison
-from studies.paper.markup import markdown_html
 from studies.paper.ours import Slot
-from studies.paper.pictures import Picture, embed
 from studies.paper.places import TABLE_NAMES
-from studies.paper.section import TONES, significant, verdict
 from studies.paper.views import bars, extremes, lanes, matrices, ticks
 
 FIGURES = {  # stem -> what it is, what it must show
@@ -32,7 +40,8 @@ FIGURES = {  # stem -> what it is, what it must show
     ),
     "fig4": (
         "Fluid fractions of lamina and nucleoplasm",
-        "All 25 combinations, the one the paper could not solve included. Print and ours: where each is largest.",
+        "All 25 combinations. Print and ours: where each is largest; the paper found no solution at 0.9, 0.9, so the "
+        "tables below look for ours among the other 24.",
     ),
     "fig5": (
         "The cell at the largest strains of the two sweeps",
@@ -44,42 +53,8 @@ FIGURES = {  # stem -> what it is, what it must show
         "A nucleus softened step by step. S1 must be the Saint-Venant cell of Figure 3: nothing moves after the ramp.",
     ),
 }
-OTHERS = ("audit", "calibrated", "saint-venant-limit")  # figures that begin so belong to the audit
 AUDIT = ("audit.md", "calibration.md")
 STUDIES = {"fig2": "four laws", "fig4": "fluid fractions", "fig6": "moduli", "table3": "S1, S2, S3 (Figure 7, Table 3)"}
-
-
-@dataclass(frozen=True)
-class Shown:
-    """A figure of the page; without a picture it is said to be missing."""
-
-    stem: str
-    name: str
-    title: str
-    text: str
-    picture: Picture | None
-
-
-@dataclass(frozen=True)
-class Tile:
-    """A number to remember."""
-
-    value: str
-    label: str
-    good: bool | None = None
-
-
-@dataclass(frozen=True)
-class Runs:
-    """What a study took."""
-
-    name: str
-    cases: int
-    solved: int
-    steps: int
-    newton: int
-    wall_s: float
-    cells: str
 
 
 @dataclass(frozen=True)
@@ -100,40 +75,34 @@ def report_html(results: Path, comparison: Comparison) -> str:
     Raises:
         InputError: for a picture or an audit that cannot be read.
     """
-    folder = Path(__file__).parent
-    environment = Environment(
-        loader=FileSystemLoader(folder),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["pretty"] = pretty
     pictures, runs = results / "figures", [*map(_runs, comparison.ours.slots.items())]
     chart, length = bars(comparison.rows)
-    return environment.get_template("report.html.j2").render(
-        figures=[_shown(pictures, stem) for stem in FIGURES],
-        further=_further(pictures, audit=False),
-        tiles=tiles(comparison, runs),
-        reading=comparison.reading(),
-        faults=comparison.ours.unsolved(),
-        lanes=lanes(comparison),
-        ticks=ticks(),
-        tables=TABLE_NAMES,
-        matrices=matrices(comparison),
-        extremes=extremes(comparison.places),
-        verdict=verdict,
-        tones=TONES,
-        how=HOW,
-        sections=comparison.sections(),
-        bars=chart,
-        bar_ticks=[(100 * pa / length, pa) for pa in range(0, int(length) + 1, max(1, round(length / 8)))],
-        articles=_articles(pictures),
-        audit_figures=_further(pictures, audit=True),
-        runs=runs,
-        total=_total(runs),
-        duration=duration,
-        provenance=comparison.provenance(),
+    return (
+        environment(Path(__file__).parent)
+        .get_template("report.html.j2")
+        .render(
+            figures=[_shown(pictures, stem) for stem in FIGURES],
+            further=_further(pictures, audit=False),
+            tiles=tiles(comparison, runs),
+            reading=comparison.reading(),
+            faults=comparison.ours.unsolved(),
+            lanes=lanes(comparison),
+            ticks=ticks(),
+            tables=TABLE_NAMES,
+            matrices=matrices(comparison),
+            extremes=extremes(comparison.places),
+            verdict=verdict,
+            tones=TONES,
+            how=HOW,
+            sections=comparison.sections(),
+            bars=chart,
+            bar_ticks=[(100 * pa / length, pa) for pa in range(0, int(length) + 1, max(1, round(length / 8)))],
+            articles=_articles(pictures),
+            audit_figures=_further(pictures, audit=True),
+            runs=runs,
+            total=_total(runs),
+            provenance=comparison.provenance(),
+        )
     )
 
 
@@ -154,33 +123,9 @@ def tiles(comparison: Comparison, runs: Sequence[Runs]) -> list[Tile]:
     ]
 
 
-def pretty(text: str) -> Markup:
-    """Text with the indices of symbols set low (σ_Mises, c_f,l, E_np, J1, q0), and values kept in one line."""
-    text = text.replace(" = ", "\u00a0=\u00a0").replace(" Pa", "\u00a0Pa")
-    low = re.sub(r"\b([σcE])_([A-Za-z]+(?:,[a-z]+)?)", r"\1<sub>\2</sub>", str(escape(text)))
-    return Markup(re.sub(r"\b([Jq])([0-3])(?![0-9A-Za-z])", r"\1<sub>\2</sub>", low))
-
-
-def duration(seconds: float) -> str:
-    """A time for people."""
-    if not math.isfinite(seconds):
-        return "–"
-    if seconds < 100:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60:.0f} min" if seconds < 6000 else f"{seconds / 3600:.1f} h"
-
-
 def _runs(item: tuple[str, Sequence[Slot]]) -> Runs:
     table, slots = item
-    cases = [slot.case for slot in slots if slot.case is not None]
-
-    def total(key: str) -> float:
-        return sum(value for case in cases if math.isfinite(value := case.get(key)))
-
-    cells = sorted({f"{case.get('mesh_cells'):,.0f}" for case in cases})
-    solved = sum(slot.status == "solved" for slot in slots)
-    counts = int(total("steps")), int(total("newton_iterations"))
-    return Runs(STUDIES[table], len(slots), solved, *counts, total("wall_s"), ", ".join(cells))
+    return runs_of(STUDIES[table], len(slots), [slot.case for slot in slots if slot.case is not None])
 
 
 def _total(runs: Sequence[Runs]) -> Runs:
@@ -198,7 +143,7 @@ def _shown(folder: Path, stem: str) -> Shown:
 def _further(folder: Path, audit: bool) -> list[Shown]:
     """Pictures beside those of the paper: the audit's, or all others."""
     paths = sorted(path for path in folder.glob("*.png") if path.stem not in FIGURES and not path.name.startswith("."))
-    of = [path for path in paths if path.stem.startswith(OTHERS) is audit]
+    of = [path for path in paths if path.stem.startswith("audit") is audit]
     return [Shown(path.stem, path.stem.replace("_", " ").replace("-", " "), "", "", embed(path)) for path in of]
 
 

@@ -10,16 +10,15 @@ from typing import Any
 import numpy as np
 import ufl
 
-from cellmech.cell.observables import Observer
-from cellmech.cell.samples import lattice
-from cellmech.fem.jit import PointValues
-from cellmech.mechanics.kinematics import deformation_gradient, green_lagrange
-from cellmech.runs.library import solve
-from cellmech.scene.keys import put
+from cellmech import solve
+from cellmech.cell import Observer, lattice
+from cellmech.fem import PointValues
+from cellmech.figures import Row, Section, significant
+from cellmech.mechanics import deformation_gradient, green_lagrange
+from cellmech.scene import put
 from studies.paper.misfit import LOST, log_ratio
 from studies.paper.printed import Paper, PrintedRow
 from studies.paper.readings import LIMITS, ROUGH, Reading, misfits, row_settings, within
-from studies.paper.section import Row, Section, significant
 
 CHOICES = {
     "mixture": "of the whole tensor, σ_zz by the law",
@@ -73,7 +72,7 @@ def largest(observer: Observer, choice: str, region: str) -> float:
 
 def stresses(reading: Reading, row: PrintedRow) -> Mapping[str, float]:
     """Largest stresses at the end [Pa] by "choice_region", NaN where there is no solution. Collective."""
-    from cellmech.cell.additions import Additions
+    from cellmech import Additions
 
     names = {f"{choice}_{region}": (choice, region) for choice in CHOICES for region in REGIONS}
     own: dict[str, Callable[[Observer], float]] = {

@@ -6,12 +6,11 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from cellmech.figures.style import QUANTITIES
+from cellmech.figures import NONE, QUANTITIES, Row, Section, signal, significant, verdict, yes
 from studies.paper.numbers import NAMES, ROWS
 from studies.paper.ours import Ours
 from studies.paper.places import TABLE_NAMES
 from studies.paper.printed import NUCLEUS_PERCENT, RESTS, Paper, PrintedRow, half_digit, in_print
-from studies.paper.section import NONE, Row, Section, signal, significant, verdict, yes
 
 TWINS = (  # two rows that are one state, and why
     ("table3", "S1", "fig2", "saint-venant", "S1 at 24,000 s = Saint-Venant at 18,000 s"),

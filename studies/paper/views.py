@@ -6,12 +6,12 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
+from cellmech.figures import signal, significant
 from studies.paper.bounds import Bounded, bounds
 from studies.paper.comparison import Comparison
 from studies.paper.numbers import NAMES, TITLES, Number, row_label
 from studies.paper.places import TABLE_NAMES, Place
 from studies.paper.printed import TABLES, in_print
-from studies.paper.section import signal, significant
 
 DECADES = (-4, 2)
 """The scale of ratios, as powers of ten."""
@@ -94,7 +94,7 @@ def _column(number: Number) -> str:
 
 
 def _cell(n: Number) -> Cell:
-    printed = f"{n.printed:.2f}" if n.quantity.startswith("mean_") else in_print(n.quantity, n.printed)
+    printed = f"{n.theirs:.2f}" if n.quantity.startswith("mean_") else in_print(n.quantity, n.theirs)
     ratio = significant(n.ratio_from_rest, 2)
     return Cell(
         ratio, n.slot.status if n.slot.reason else signal(n.ours, n.rest, n.error), printed, n.tone, n.slot.reason

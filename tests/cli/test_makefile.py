@@ -12,7 +12,7 @@ ROOT = Path(__file__).resolve().parents[2]
 ECHO = ("PLOTS=echo plots", "PAPER=echo paper", "STUDY=echo study")
 OF_AN_OUTER_MAKE = ("MAKEFLAGS", "MFLAGS", "MAKEOVERRIDES", "MAKELEVEL", "N", "ARGS", "RESULTS", "SETTINGS")
 TARGETS = [*(f"fig{n}" for n in range(1, 8)), *(f"table{n}" for n in range(1, 4))]
-TARGETS += ["paper", "paper-runs", "figures-smoke", "compare", "report", "audit", "calibrate", "calibrated"]
+TARGETS += ["paper", "paper-runs", "figures-smoke", "compare", "report", "audit", "calibrate"]
 TARGETS += ["movie", "speed", "speed-error", "docs"]
 TARGETS += ["verify", "accuracy", "defaults", "second-code", "mutants", "needs", "locking", "hard-cases"]
 TARGETS += ["fuzz", "campaign", "container-check"]
@@ -81,10 +81,3 @@ def test_the_audit_goes_on_after_cases_without_a_solution() -> None:
     ]
     done = make("audit", *ECHO[:2], "STUDY=false")
     assert done.returncode == 0 and started(done) == ["paper audit --results results"]
-
-
-def test_the_fitted_loads_are_solved_and_drawn() -> None:
-    lines = [" ".join(line.split()) for line in started(make("calibrated", *ECHO))]
-    stems = ("calibrated", "saint-venant-limit")
-    assert lines[:2] == [f"study studies/{stem}.toml --out results/{stem}" for stem in stems]
-    assert [line.split("--stem ")[1] for line in lines[2:]] == [f"{stem}-shapes" for stem in stems]

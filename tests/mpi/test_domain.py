@@ -1,6 +1,7 @@
 """Meshes are the same on 1, 2 and 3 ranks, and what fails on one rank fails on all."""
 
 import json
+import math
 import os
 import subprocess
 import sys
@@ -66,6 +67,26 @@ else:
     attempt(None)
 """
 
+BALL = """
+import json
+from mpi4py import MPI
+from cellmech.fem import fenicsx
+from cellmech.fem.domain import build_domain
+from cellmech.mesh.ball import BallSpec
+from cellmech.mesh.elements import jacobian_coefficients
+
+comm = MPI.COMM_WORLD
+domain = build_domain(BallSpec(size_um=5.0), comm)
+volumes = jacobian_coefficients(fenicsx.cell_points(domain.mesh)).mean(axis=1) / 6
+tags, own = domain.cell_tags, len(volumes)
+sizes = {}
+for name, number in domain.cells.items():
+    cells = tags.find(number)
+    sizes[name] = comm.allreduce(float(volumes[cells[cells < own]].sum()))
+if comm.rank == 0:
+    print(json.dumps({"sizes": sizes, "quality": domain.quality}))
+"""
+
 REFUSED = """
 import tempfile
 from mpi4py import MPI
@@ -126,6 +147,13 @@ def test_distributed_mesh_has_the_groups_and_quality_of_the_serial_one(ranks, se
     assert serial["sizes"]["outline"] == pytest.approx(31.4159, rel=1e-5)
     assert distributed["sizes"] == pytest.approx(serial["sizes"], rel=1e-12)
     assert distributed["quality"] == pytest.approx(serial["quality"], rel=1e-12)
+
+
+def test_distributed_ball_has_the_volumes_and_quality_of_the_serial_one():
+    one, two = (json.loads(run(ranks, BALL)) for ranks in (1, 2))
+    assert one["sizes"]["lamina"] == pytest.approx(math.pi / 3 * (5.0**3 - 4.9**3), rel=3e-4)
+    assert two["sizes"] == pytest.approx(one["sizes"], rel=1e-12)
+    assert two["quality"] == pytest.approx(one["quality"], rel=1e-12)
 
 
 def test_bad_mesh_raises_the_same_error_on_every_rank(ladder):

@@ -12,6 +12,7 @@ import pytest
 from cli.programs import ROOT
 
 import cellmech
+from cellmech.causes import Cause
 from cellmech.scene.files import read_scene
 
 sys.path.append(str(ROOT / "tools"))
@@ -253,9 +254,7 @@ def test_load_is_that_of_table_1():
 # Verdicts.
 
 TWIN_PILLARS = [{"x_um": -7.0, "half_width_um": 3.0}, {"x_um": 7.0, "half_width_um": 3.0, "height_um": 9.499}]
-NO_WAY = "no equilibrium beyond t = 0 s, load amplitude 0: no equilibrium found in 30 Newton iterations"
-ROUND_OFF = "round-off of a stiffness of 3e9 Pa exceeds the load"
-SLIDES = "slides: no equilibrium; the only touch is on a slope"
+NO_WAY, ROUND_OFF, SLIDES = Cause.NO_CONVERGENCE, Cause.ROUND_OFF, Cause.SLIDES
 STIFF = {name: {"young_Pa": 1e10} for name in ("membrane", "cytosol", "lamina", "nucleoplasm")}
 VERDICTS = {
     "half cell does not slide": ({}, SLIDES, "verdict SUSPECT"),
@@ -272,7 +271,7 @@ VERDICTS = {
     "bead": ({"layer": STIFF, "load": {"factor": 0.01}}, NO_WAY, "verdict SUSPECT"),
     "bead, named": ({"layer": STIFF, "load": {"factor": 0.01}}, ROUND_OFF, "round-off named"),
     "round-off that is none": ({}, ROUND_OFF, "verdict SUSPECT"),
-    "program": ({}, "internal error: KeyError", "crash"),
+    "program": ({}, Cause.INTERNAL, "crash"),
     "fall": ({"cell": {"inertia": True, "gap_um": 10.0}}, NO_WAY, "verdict SUSPECT"),
     "fall of a law that gives in early": (
         {"cell": {"inertia": True, "gap_um": 10.0, "law": "saint-venant"}},
@@ -281,7 +280,7 @@ VERDICTS = {
     ),
     "mesh": (
         {"cell": {"shape": "full"}},
-        "the mesh is too coarse to tell whether the cell slides",
+        Cause.TOO_COARSE,
         "verdict supported",
     ),
     "hard fall": ({"cell": {"inertia": True, "gap_um": 1e5}, "load": {"factor": 100.0}}, NO_WAY, "verdict supported"),
@@ -290,8 +289,8 @@ VERDICTS = {
 
 @pytest.mark.parametrize("name", VERDICTS)
 def test_verdict_is_what_statics_says(name):
-    data, reason, expected = VERDICTS[name]
-    assert verdicts.verdict(read_scene(copy.deepcopy(data), name), reason) == expected
+    data, cause, expected = VERDICTS[name]
+    assert verdicts.verdict(read_scene(copy.deepcopy(data), name), cause) == expected
 
 
 # Scenes.

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
+from cellmech.causes import Cause, Reason
 from cellmech.cell.observables import Observer
 from cellmech.cell.setup import Setup
 from cellmech.results.records import CaseFolder
@@ -78,15 +79,17 @@ def test_cell_slides_only_beyond_what_an_unsymmetric_mesh_pushes():
             run.ledger = ledger
             return accepted.held(real.amplitude)
 
-        assert held(Pushed(real, np.array([0.9e-3, 1.0]))) == held(Turned(real, 0.9e-2)) == ""
+        assert held(Pushed(real, np.array([0.9e-3, 1.0]))) is held(Turned(real, 0.9e-2)) is None
         slides, turns = Pushed(real, np.array([-1.1e-3, 1.0])), Turned(real, -1.1e-2)
-        assert held(slides).startswith("slides: no equilibrium; the obstacles push sideways with -")
-        assert held(turns).startswith("turns: no equilibrium; the obstacles turn it with -")
-        assert held(turns).endswith("0.011 um times the load")
+        assert (held(slides).cause, held(turns).cause) == (Cause.SLIDES, Cause.TURNS)
+        assert held(slides).text.startswith("slides: no equilibrium; the obstacles push sideways with -")
+        assert held(turns).text.startswith("turns: no equilibrium; the obstacles turn it with -")
+        assert held(turns).text.endswith("0.011 um times the load")
         unseen[0] = 0.98
-        assert "98 % of their force lie between the points" in held(slides)
-        assert held(slides).startswith("the mesh is too coarse to tell whether the cell slides")
-        assert held(turns).startswith("the mesh is too coarse to tell whether the cell turns")
+        assert (held(slides).cause, held(turns).cause) == (Cause.TOO_COARSE, Cause.TOO_COARSE)
+        assert "98 % of their force lie between the points" in held(slides).text
+        assert held(slides).text.startswith("the mesh is too coarse to tell whether the cell slides")
+        assert held(turns).text.startswith("the mesh is too coarse to tell whether the cell turns")
 
 
 def test_moment_is_that_of_the_forces_about_where_the_load_acts(monkeypatch):
@@ -110,7 +113,8 @@ def test_state_that_only_the_constraint_holds_is_not_the_one_saved(tmp_path, mon
     """The verdict comes with the last state in balance, here the third."""
     data = {"cell": {"shape": "full", "law": "saint-venant"}, "mesh": {"size_um": 8.0}}
     case = Case("case", read_scene(data, "test"))
-    monkeypatch.setattr(Acceptance, "held", lambda self, amplitude: "slides" if self.run.totals.steps > 2 else "")
+    slides = Reason(Cause.SLIDES, "slides")
+    monkeypatch.setattr(Acceptance, "held", lambda self, amplitude: slides if self.run.totals.steps > 2 else None)
     observe, seen, written = Observer.observe, [], []
 
     def observe_and_keep(self, t_s):
@@ -123,7 +127,8 @@ def test_state_that_only_the_constraint_holds_is_not_the_one_saved(tmp_path, mon
         result = solve_case(case, folder, MPI.COMM_SELF, mesh_plan(case.scene), lambda progress: None)
         folder.flush()
     rows = list(csv.DictReader((tmp_path / "history.csv").read_text().splitlines()))
-    assert result["status"] == "failed" and result["reason"].startswith("slides; in the last state, which is saved")
+    assert (result["status"], result["cause"]) == ("failed", "slides")
+    assert result["reason"].startswith("slides; in the last state, which is saved")
     assert len(rows) == result["steps"] == 3 and float(rows[-1]["t_s"]) == result["t_s"]
     assert result["contact"]["force_Pa_x_um"] == float(rows[-1]["contact.force_Pa_x_um"])
     assert len(seen) == 3 and len(written) == 1 and np.array_equal(written[0], seen[2])
@@ -147,7 +152,8 @@ def test_case_goes_on_beyond_the_loss_of_ellipticity_where_it_is_asked_to(tmp_pa
         return result, list(csv.DictReader((place / "history.csv").read_text().splitlines())), place
 
     stopped, rows, place = solved("stop")
-    assert stopped["status"] == "failed" and stopped["reason"].startswith("ellipticity is lost at")
+    assert (stopped["status"], stopped["cause"]) == ("failed", "ellipticity")
+    assert stopped["reason"].startswith("ellipticity is lost at")
     assert "beyond_ellipticity" not in stopped and "beyond_ellipticity" not in rows[0]
     assert b"beyond_ellipticity" not in (place / "fields_0000.vtu").read_bytes()
     gone_on, rows, place = solved("warn")

@@ -8,9 +8,10 @@ from dolfinx.mesh import create_unit_square
 from mpi4py import MPI
 
 from cellmech.errors import MeshError
-from cellmech.fem.domain import build_domain, from_gmsh, jacobian_coefficients, mesh_quality
+from cellmech.fem.domain import build_domain, from_gmsh, mesh_quality
 from cellmech.fem.jit import compile_form
 from cellmech.mesh.disc import DiscSpec
+from cellmech.mesh.elements import jacobian_coefficients
 from cellmech.mesh.geometry import build_disc, build_ring
 
 COMM = MPI.COMM_SELF

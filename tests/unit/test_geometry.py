@@ -10,9 +10,9 @@ import pytest
 from scipy.spatial import cKDTree
 
 from cellmech.errors import InputError, MeshError
-from cellmech.fem.domain import jacobian_coefficients
 from cellmech.mesh.disc import DiscSpec
 from cellmech.mesh.disc_script import disc_script
+from cellmech.mesh.elements import jacobian_coefficients
 from cellmech.mesh.geometry import build_disc, build_ring, write_reference_geometries
 
 MESHES = Path(__file__).parents[2] / "meshes"

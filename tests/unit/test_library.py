@@ -78,9 +78,12 @@ def test_solved_scene_is_read_and_not_solved_again(tmp_path, solved):
 
 def test_case_without_solution_raises_or_says_why(tmp_path):
     slides = cellmech.Scene(mesh=COARSE, cell={"shape": "full", "centre_x_um": 3.0}, flat=False)
-    with pytest.raises(cellmech.SolveError, match="slides: no equilibrium"):
+    with pytest.raises(cellmech.SolveError, match="slides: no equilibrium") as stop:
         cellmech.solve(slides)
-    assert "slides: no equilibrium" in cellmech.solve(slides, tmp_path / "slides", check=False).failure
+    result = cellmech.solve(slides, tmp_path / "slides", check=False)
+    assert "slides: no equilibrium" in result.failure
+    assert stop.value.cause is result.cause is cellmech.Cause.SLIDES
+    assert "cell.inertia" in result.cause.advice
 
 
 def test_study_with_cases_is_no_scene(tmp_path):

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from cellmech.errors import InputError
-from cellmech.figures.style import style
+from cellmech.figures.style import styled
 from cellmech.scene.studies import load_study
 from studies.paper.__main__ import main
 from studies.paper.audit import PAIRS, SINGLES, Audit, Tried, read_audit
@@ -43,7 +43,8 @@ def write(results: Path, stem: str, values: Callable[[Trial], Mapping[str, float
     """Results of a study of the audit; `failed`: name of a case, with _ for other letters -> reason."""
     for case in load_study(STUDIES / f"{stem}.toml").cases:
         reason = failed.get("".join(c if c.isalnum() else "_" for c in case.name), "")
-        more = {"status": "failed", "reason": reason} if reason else {}
+        cause = "slides" if reason.startswith("slides") else "inside-out"
+        more = {"status": "failed", "reason": reason, "cause": cause} if reason else {}
         contact = {"weight_Pa_x_um": 3.08}
         write_result(results / stem / case.name, case, values(trial(case.name)), contact=contact, **more)
 
@@ -224,7 +225,7 @@ def test_picture_shows_a_dot_for_every_solved_run(tmp_path: Path) -> None:
     write(tmp_path, SINGLES, grown({}), S2_load_5="turns inside out")
     write(tmp_path, PAIRS, grown({}))
     audit = read(tmp_path)
-    with style():
+    with styled():
         figure = draw_audit(audit)
     panels = figure.axes
     dots = [

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from paper_files import as_printed, steady, write_results
 
-from studies.paper.bounds import Bounded, bounds, least_mises, least_saint_venant
+from studies.paper.bounds import Bounded, bounds, least_mises, least_saint_venant, obeys_bounds, obeys_identity
 from studies.paper.comparison import Comparison, compare
 
 POISSON, YOUNG = 0.45, 10.0
@@ -133,6 +133,22 @@ def test_our_numbers_are_held_to_the_same_rules(tmp_path: Path) -> None:
     comparison = compare(write_results(tmp_path, as_printed))  # as impossible as the print
     text = next(s for s in comparison.check_sections() if s.stem == "bound")
     assert [r.record["obeyed"] for r in text.rows if r.record["row"] == "neo-hookean"] == ["no"]
+
+
+def test_rounding_breaks_no_rule(comparison: Comparison) -> None:
+    """Where the largest J1, J2, J3 are one point's, J2 = J1² − 2 J3 but for its last digit."""
+    b = row(comparison, "fig2", "neo-hookean")
+    J1, J3 = 2.00468, 1.00445
+    values = {"J1": J1, "J2": J1**2 - 2 * J3, "J3": J3}
+    least = max(x for x in bounds(b.slot, values) if math.isfinite(x))
+    for off, obeys in ((0.0, True), (1e-14, True), (1e-6, False)):
+        assert obeys_identity({**values, "J2": values["J2"] * (1 - off)}) is obeys
+        assert obeys_bounds(b.slot, {**values, "sigma": least * (1 - off)}) is obeys
+
+
+def test_the_reading_counts_the_rows_as_the_page_does(comparison: Comparison) -> None:
+    text = "\n".join(comparison.reading())
+    assert "in 9 of 10 rows σ_Mises is smaller" in text and "for 1 they demand nothing" in text
 
 
 def test_shares_fit_the_identity_of_means(comparison: Comparison) -> None:

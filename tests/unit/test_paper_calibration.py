@@ -16,14 +16,6 @@ from cellmech.results.records import CaseFolder
 from cellmech.scene.studies import load_study
 from studies.paper import calibration
 from studies.paper.__main__ import main
-from studies.paper.calibrated import (
-    calibrated_study,
-    calibration_csv,
-    calibration_markdown,
-    chosen,
-    fit_reading,
-    limit_study,
-)
 from studies.paper.calibration import (
     BRACKET,
     DIGITS,
@@ -40,6 +32,13 @@ from studies.paper.calibration import (
     fit,
     fit_all,
     largest_load,
+)
+from studies.paper.calibration_tables import (
+    calibration_csv,
+    calibration_markdown,
+    chosen,
+    fit_reading,
+    limit_study,
 )
 from studies.paper.misfit import LOST
 from studies.paper.ours import STUDIES
@@ -145,36 +144,26 @@ def test_every_fit_is_there_in_order(fits: list[Fit], model: Model) -> None:
     assert laws[TO_ALL.name] == laws[SMEARED.name] == ["saint-venant", *three]
 
 
-def test_studies_of_the_fits_are_valid_and_named_as_such(fits: list[Fit], tmp_path: Path) -> None:
-    for stem, text in (
-        ("calibrated", calibrated_study(fits, "default mesh")),
-        ("limit", limit_study(fits, "default mesh")),
-    ):
-        (tmp_path / f"{stem}.toml").write_text(text, encoding="utf-8")
-        assert max(map(len, text.splitlines())) <= 120 and "not the paper's input" in text
-    study = load_study(tmp_path / "calibrated.toml")
-    assert "Calibrated" in study.title
-    loads = {case.scene.cell.law: case.scene.load.factor for case in study.cases}
-    assert loads == pytest.approx({law: LOADS[law] for law in ("neo-hookean", "mooney-rivlin", "yeoh")}, rel=3e-3)
+def test_study_of_the_largest_load_is_valid_and_named_as_such(fits: list[Fit], tmp_path: Path) -> None:
+    text = limit_study(fits, "default mesh")
+    (tmp_path / "limit.toml").write_text(text, encoding="utf-8")
+    assert max(map(len, text.splitlines())) <= 120 and "not the paper's input" in text
     (case,) = load_study(tmp_path / "limit.toml").cases
     assert case.scene.cell.law == "saint-venant" and 3.42 < case.scene.load.factor <= LARGEST
     assert not case.scene.time.history
 
 
-def test_committed_studies_are_those_of_the_program() -> None:
-    for stem in ("calibrated", "saint-venant-limit"):
-        assert "python -m studies.paper calibrate" in (STUDIES / f"{stem}.toml").read_text(encoding="utf-8")
-    laws = [case.scene.cell.law for case in load_study(STUDIES / "calibrated.toml").cases]
-    assert laws == ["neo-hookean", "mooney-rivlin", "yeoh"]
+def test_committed_study_is_that_of_the_program() -> None:
+    assert "python -m studies.paper calibrate" in (STUDIES / "saint-venant-limit.toml").read_text(encoding="utf-8")
     (case,) = load_study(STUDIES / "saint-venant-limit.toml").cases
     assert case.scene.cell.law == "saint-venant" and BRACKET[0] <= case.scene.load.factor < BRACKET[1]
 
 
-def test_laws_whose_fit_stays_far_off_are_no_calibrated_cases() -> None:
+def test_laws_whose_fit_stays_far_off_are_not_told_as_fitted() -> None:
     far = Model(LOADS | {"yeoh": 500.0})
     fits = fit_all(read_paper(), far, MPI.COMM_SELF, lambda line: None)
     assert list(chosen(fits)) == ["neo-hookean", "mooney-rivlin"]
-    assert "yeoh" not in calibrated_study(fits, "default mesh")
+    assert not any(line.startswith("Yeoh: load") for line in fit_reading(fits))
 
 
 def test_reading_and_table_agree_with_the_fits(fits: list[Fit]) -> None:
@@ -194,17 +183,17 @@ def test_end_state_that_fails_closes_its_files(monkeypatch: pytest.MonkeyPatch) 
         closed.append(folder)
         close(folder)
 
-    def solve(*arguments: object) -> None:
+    def solve(*arguments: object, **more: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("cellmech.runs.case.solve_case", solve)
+    monkeypatch.setattr("cellmech.runs.library.solve_case", solve)
     monkeypatch.setattr(CaseFolder, "close", noted)
     with pytest.raises(OSError, match="No space left"):
         calibration.end_state({"mesh.size_um": 8.0})
     assert len(closed) == 1
 
 
-def test_command_writes_table_and_studies(
+def test_command_writes_table_and_study(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, model: Model, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def solve(settings: Mapping[str, Any], overrides: list[str]) -> Mapping[str, float]:
@@ -218,7 +207,6 @@ def test_command_writes_table_and_studies(
     assert {path.name for path in tmp_path.iterdir()} == {
         "calibration.md",
         "calibration.csv",
-        "calibrated.toml",
         "saint-venant-limit.toml",
     }
     assert "load, to J1 and J2, yeoh" in capsys.readouterr().out

@@ -15,6 +15,7 @@ import pytest
 from paper_files import REST, as_printed, steady, write_result, write_results
 
 from cellmech.errors import InputError
+from cellmech.figures.section import signal, significant, tone_of
 from cellmech.scene.case import Case
 from cellmech.scene.studies import load_study
 from studies.paper.__main__ import main
@@ -23,7 +24,6 @@ from studies.paper.numbers import Number
 from studies.paper.ours import STUDIES
 from studies.paper.places import Place
 from studies.paper.printed import PAPER_NUMBERS, RESTS, read_paper
-from studies.paper.section import signal, significant, tone_of
 
 
 @pytest.fixture(scope="module")
@@ -70,7 +70,7 @@ class TestNumbers:
                             if key in RESTS
                             for _ in range(1 + 2 * (key == "SI"))
                         ]
-        found = [(n.table, n.row, n.quantity, n.printed) for n in compare(steady_results).numbers]
+        found = [(n.table, n.row, n.quantity, n.theirs) for n in compare(steady_results).numbers]
         assert sorted(found) == sorted(expected)
         assert ("fig2", "mooney-rivlin", "J2", 5.244) in found
 
@@ -106,13 +106,13 @@ class TestNumbers:
     def test_a_share_implies_a_mean_four_times_as_large(self, steady_results: Path) -> None:
         means = compare(steady_results).means
         found = {m.quantity: m for m in means if m.row == "mooney-rivlin"}
-        assert {name: round(m.printed, 6) for name, m in found.items()} == {
+        assert {name: round(m.theirs, 6) for name, m in found.items()} == {
             "mean_J1": 2.24,
             "mean_J2": 3.24,
             "mean_J3": 0.92,
         }
         assert found["mean_J1"].ours == (steady(2)["J1"] + 2) / 2
-        assert found["mean_J1"].half_digit == pytest.approx(0.02)
+        assert found["mean_J1"].uncertainty == pytest.approx(0.02)
 
     def test_the_nearest_of_the_three_shape_indices_is_named(self, steady_results: Path) -> None:
         found = [n for n in compare(steady_results).numbers if (n.row, n.quantity) == ("S1", "SI")]
@@ -136,7 +136,7 @@ class TestNumbers:
     def test_a_misprint_is_listed_and_not_counted(self, steady_results: Path) -> None:
         comparison = compare(steady_results)
         found = [n for n in comparison.numbers if n.is_misprint]
-        assert sorted(n.printed for n in found) == [1.31, 4.08, 5.244, 15.2]
+        assert sorted(n.theirs for n in found) == [1.31, 4.08, 5.244, 15.2]
         assert not set(map(id, found)) & set(map(id, comparison.judged()))
         assert "misprint: 5.44 elsewhere" in comparison.markdown()
 

@@ -16,11 +16,12 @@ from paper_files import write_results
 from PIL import Image
 
 from cellmech.errors import InputError
+from cellmech.figures.embedded import WIDEST, embed
+from cellmech.figures.markup import markdown_html
+from cellmech.figures.page import duration, pretty
 from studies.paper.__main__ import main
 from studies.paper.comparison import compare
-from studies.paper.markup import markdown_html
-from studies.paper.pictures import WIDEST, embed
-from studies.paper.report import FIGURES, duration, pretty, report_html
+from studies.paper.report import FIGURES, report_html
 
 VOID = {"meta", "img", "br"}
 

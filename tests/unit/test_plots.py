@@ -24,7 +24,7 @@ from cellmech.figures.plots import PAPER_NUMBERS
 from cellmech.figures.results import StudyResult, read_study
 from cellmech.figures.shapes import draw_shapes, magnification, read_pose
 from cellmech.figures.style import LAWS as LOOKS
-from cellmech.figures.style import LAYER_COLOURS, SUBSTRATE, printed, provenance, save, spread, style
+from cellmech.figures.style import LAYER_COLOURS, SUBSTRATE, printed, provenance, save, spread, styled
 from cellmech.figures.substrate import band, outline_of, polygons, surface_at
 from cellmech.results.result import Result, load
 from cellmech.results.sealed import file_hashes, sealed
@@ -217,7 +217,7 @@ class TestGeometry:
         assert "y_{flat}" not in found
 
     def test_the_picture_shows_the_papers_colours_where_the_layers_are(self) -> None:
-        with style():
+        with styled():
             figure = draw_geometry(Scene())
             canvas = FigureCanvasAgg(figure)
             canvas.draw()
@@ -376,7 +376,7 @@ def test_paper_numbers_are_those_of_section_3_1() -> None:
 
 def test_equal_figures_give_equal_files(tmp_path: Path) -> None:
     study = read_study(write_study(tmp_path / "study", LAWS[:1]), LAWS)
-    with style():
+    with styled():
         first = [path.read_bytes() for path in save(draw_curves(study, PAPER), tmp_path / "a", "fig2")]
         again = [path.read_bytes() for path in save(draw_curves(study, PAPER), tmp_path / "b", "fig2")]
     assert first == again

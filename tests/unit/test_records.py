@@ -259,7 +259,10 @@ def test_input_key_changes_with_scene_plan_and_program_only(monkeypatch):
     ("content", "why"),
     [
         ('{"status": "solved", "reason": "", "input_hash": "k2"}', "other inputs"),
-        ('{"status": "failed", "reason": "internal error: X", "input_hash": "k"}', r"failed \(internal error: X\)"),
+        (
+            '{"status": "failed", "reason": "internal error: X", "cause": "internal", "input_hash": "k"}',
+            r"failed \(internal error: X\)",
+        ),
         ('{"status": "solved", "input_ha', "cannot be read"),
         ('"solved"', "not one of this program's"),
         ("[" * 100_000, "cannot be read"),

@@ -1,17 +1,16 @@
 """The time loop's own numbers: how fast the body still moves, when it lands, what counts as a large error."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from problems import block, displacement_space, hold, solid, wet
 
+from cellmech.causes import Cause, Reason
 from cellmech.fem.coefficients import mixtures
 from cellmech.mechanics.balance import Body
+from cellmech.solver.load_steps import Equilibrium, follow
 from cellmech.solver.newton import Outcome
 from cellmech.solver.schedule import Schedule, Totals
 from cellmech.solver.simulation import Run
-from cellmech.solver.stepping import Equilibrium, follow
 
 
 def creeping(end_s=2.0, **schedule):
@@ -95,14 +94,14 @@ def test_relative_error_is_of_the_largest_displacement_so_far():
     assert run.relative(error) == pytest.approx(0.5, rel=1e-12)
     run.u[:2] = 0.3, 0.4
     assert run.relative(error) == pytest.approx(1e-3, rel=1e-12)
-    run.largest = [5.0, 0.0]
+    run.sizes.so_far = [5.0, 0.0]
     assert run.relative(error) == pytest.approx(1e-4, rel=1e-12)
 
 
 def test_error_of_a_deformation_is_not_measured_by_the_way_of_a_fall():
     """With inertia an error that deforms counts beside the deformation; one that translates beside the way."""
     run = creeping()
-    run.body = replace(run.body, density=1e-9)
+    run.sizes.inertia = True
     way = np.tile([0.0, -100.0], len(run.u) // 2)
     run.u[:] = way
     run.u[:2] += 0.3, 0.4
@@ -123,7 +122,7 @@ class Scripted:
         self.calls.append((amplitude, rough, leap))
         found = not leap and amplitude - self.u[0] <= self.hard
         self.u[:] = amplitude if found else np.nan
-        return Outcome(found, 3, 1, 0.0, "" if found else "too far")
+        return Outcome(3, 1, 0.0, None if found else Reason(Cause.NO_CONVERGENCE, "too far"))
 
 
 def test_way_to_a_load_is_rough_and_its_end_exact():

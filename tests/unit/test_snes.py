@@ -11,6 +11,7 @@ from mpi4py import MPI
 from petsc4py import PETSc
 from problems import block, displacement_space, hold, layered_disc, solid
 
+from cellmech.causes import Cause
 from cellmech.cell.layering import MeshPlan
 from cellmech.cell.setup import Setup
 from cellmech.fem.coefficients import mixtures
@@ -41,7 +42,7 @@ def test_solution_is_in_equilibrium_to_the_tolerance_asked_for():
     """The residual, assembled apart from the solver, is zero but for the held dofs; these carry the traction."""
     body, state = pulled_block()
     outcome = Solver(body, state, PULL, tolerance=1e-11).solve(1.0)
-    assert outcome.converged and outcome.reason == ""
+    assert outcome.converged and outcome.reason is None
     assert 2 <= outcome.iterations <= MAX_ITERATIONS
     assert 1 <= outcome.factorisations <= outcome.iterations + 1
     assert outcome.residual <= 1e-11 * PULL
@@ -79,7 +80,7 @@ def test_failed_solve_says_that_the_load_has_no_equilibrium():
     body, state = pulled_block(-8.0, "saint-venant")
     outcome = Solver(body, state, 8.0).solve(1.0)
     assert not outcome.converged
-    assert outcome.reason.startswith(("no equilibrium", "material turns inside out"))
+    assert outcome.reason.cause in (Cause.NO_CONVERGENCE, Cause.NONE_NEARBY, Cause.INSIDE_OUT)
 
 
 @pytest.mark.parametrize("allowed", [2, 3, 4, 5, 6, 7])
@@ -99,7 +100,7 @@ def test_solve_that_runs_out_of_iterations_ends(allowed, monkeypatch):
     monkeypatch.setattr(newton, "MAX_ITERATIONS", allowed)
     outcome = solver.solve(1.0)
     assert outcome.iterations <= 2 * allowed
-    assert outcome.converged or "Newton iterations" in outcome.reason
+    assert outcome.converged or outcome.reason.cause is Cause.NO_CONVERGENCE
 
 
 def test_body_that_nothing_holds_is_refused():
@@ -147,13 +148,13 @@ def test_tangent_that_finds_no_room_is_no_fault_of_the_body(tables):
     run.close()
 
 
-@pytest.mark.parametrize(("code", "limit", "reason"), [(-9, 0, "nearly singular"), (-10, 0, "nothing resists")])
-def test_tangent_that_cannot_be_factorised_is_told_from_a_lack_of_memory(code, limit, reason, monkeypatch):
+@pytest.mark.parametrize(("code", "limit", "cause"), [(-9, 0, Cause.NEARLY_SINGULAR), (-10, 0, Cause.SINGULAR)])
+def test_tangent_that_cannot_be_factorised_is_told_from_a_lack_of_memory(code, limit, cause, monkeypatch):
     body, state = pulled_block()
     solver = Solver(body, state, PULL)
     factor = SimpleNamespace(getMumpsInfog=lambda number: code, getMumpsIcntl=lambda number: limit)
     monkeypatch.setattr(solver, "_direct", SimpleNamespace(getFactorMatrix=lambda: factor))
-    assert reason in solver._factor_fault()
+    assert solver._factor_fault().cause is cause
 
 
 # Rigid modes

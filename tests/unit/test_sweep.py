@@ -6,13 +6,15 @@ import pytest
 from locked_writes import locked_writes
 from mpi4py import MPI
 
+from cellmech.causes import Cause, Reason
 from cellmech.errors import SolveError
 from cellmech.results.archive import alone_in
 from cellmech.results.sealed import sealed
 from cellmech.runs import sweep as sweep_module
 from cellmech.runs.handout import Counter
 from cellmech.runs.interrupts import Interrupted, Interrupts
-from cellmech.runs.sweep import Job, hand_out, solve_jobs
+from cellmech.runs.job import Job
+from cellmech.runs.sweep import hand_out, solve_jobs
 from cellmech.scene.case import Case
 from cellmech.scene.scene import Scene
 
@@ -73,6 +75,7 @@ def test_cases_are_solved_told_of_and_recorded(sweep, tmp_path):
         "case": "a",
         "status": "solved",
         "reason": "",
+        "cause": "",
         "source_hash": "source",
         "input_hash": "key a",
     }
@@ -82,15 +85,15 @@ def test_cases_are_solved_told_of_and_recorded(sweep, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("error", "reason", "traced"),
+    ("error", "reason", "cause", "traced"),
     [
-        (SolveError("slides"), "slides", False),
-        (IndexError("a\n b"), "internal error: IndexError: a b", True),
-        (AssertionError(), "internal error: AssertionError: ", True),
-        (MemoryError(), "internal error: MemoryError: ", True),
+        (SolveError(Reason(Cause.SLIDES, "slides")), "slides", "slides", False),
+        (IndexError("a\n b"), "internal error: IndexError: a b", "internal", True),
+        (AssertionError(), "internal error: AssertionError: ", "internal", True),
+        (MemoryError(), "internal error: MemoryError: ", "internal", True),
     ],
 )
-def test_error_of_a_case_is_its_result_and_the_next_goes_on(sweep, tmp_path, error, reason, traced):
+def test_error_of_a_case_is_its_result_and_the_next_goes_on(sweep, tmp_path, error, reason, cause, traced):
     def solve(case, folder, comm, plan, report):
         folder.add_row({"t_s": 1.0})
         folder.add_row({"t_s": 2.0})
@@ -101,7 +104,7 @@ def test_error_of_a_case_is_its_result_and_the_next_goes_on(sweep, tmp_path, err
     results, heard = sweep(solve, "a", "b")
     assert [(result["status"], result["reason"]) for result in results] == [("failed", reason), ("solved", "")]
     assert (tmp_path / "a/result.json").read_text() == sealed(results[0])
-    assert results[0]["input_hash"] == "key a"
+    assert (results[0]["input_hash"], results[0]["cause"]) == ("key a", cause)
     assert ("Traceback" in (tmp_path / "a/run.log").read_text()) == traced
     assert (tmp_path / "a/history.csv").read_text() == "t_s\n1.0\n2.0\n"
     assert [what[0] for what in heard] == ["started", "failed", "started", "solved"]

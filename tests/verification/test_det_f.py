@@ -6,6 +6,7 @@ import ufl
 from manufactured import plane_gradient
 from problems import affine, block, displacement_space, hold, solid, wet
 
+from cellmech.causes import Cause
 from cellmech.errors import SolveError
 from cellmech.fem.coefficients import mixtures
 from cellmech.fem.jit import PointValues
@@ -15,7 +16,7 @@ from cellmech.solver.newton import Solver
 from cellmech.solver.schedule import Schedule
 from cellmech.solver.simulation import Run
 from cellmech.solver.state import State
-from cellmech.solver.stepping import History
+from cellmech.solver.time_steps import History
 
 YOUNG = 10.0
 
@@ -79,7 +80,7 @@ def test_solver_refuses_an_inverted_first_guess_and_says_where(law):
     state.u.x.array[:] = affine(body.space, [[-2.0, 0.0], [0.0, 0.0]])
     outcome = Solver(body, state, 0.1).solve(1.0)
     assert not outcome.converged
-    assert "inside out" in outcome.reason and "det F = -1" in outcome.reason
+    assert outcome.reason.cause is Cause.INSIDE_OUT and "det F = -1" in outcome.reason.text
 
 
 @pytest.mark.parametrize("law", ["saint-venant", "neo-hookean"])

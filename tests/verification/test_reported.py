@@ -55,7 +55,8 @@ def observer_of(shape="half", apart=True, obstacles=(), contact=None, order=2):
     groups = {name: (name,) for name in names} | {"cell": names, "nucleus": names[: len(names) // 2]}
     run = Run(replace(body, obstacles=()), Schedule(1.0), 1.0)
     run.body = body  # obstacles at once, without the search for first touch
-    return Observer(run, Layout(CENTRE, shape == "half", regions, groups, (PILLAR,)))
+    half = shape == "half"
+    return Observer(run, Layout(CENTRE, half, (0,) if half else (), 2 if half else 1, regions, groups, (PILLAR,)))
 
 
 @pytest.fixture(scope="module")

@@ -7,6 +7,7 @@ from xml.etree import ElementTree
 import pytest
 from mpi4py import MPI
 
+from cellmech.causes import Cause, Reason
 from cellmech.results.records import CaseFolder
 from cellmech.runs.case import mesh_plan, solve_case
 from cellmech.scene.case import Case
@@ -98,7 +99,7 @@ def test_verdict_on_a_stable_material_does_not_blame_it(tmp_path, monkeypatch):
 
     def solve_light_loads(self, amplitude, **how):
         if amplitude > 0.01:
-            return newton.Outcome(False, 1, 1, 1.0, "too heavy")
+            return newton.Outcome(1, 1, 1.0, Reason(Cause.NO_CONVERGENCE, "too heavy"))
         return solver(self, amplitude, **how)
 
     monkeypatch.setattr(newton.Solver, "solve", solve_light_loads)

@@ -1,4 +1,4 @@
-"""A part of the comparison as a table: the same rows become Markdown, CSV and HTML."""
+"""A part of a comparison as a table: the same rows become Markdown, CSV and HTML."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Row:
     Args:
         cells: for people.
         record: the same for machines, with all digits.
-        tone: how well ours and the print go together, one of `TONES`; "" when that is not the question.
+        tone: how well ours and theirs go together, one of `TONES`; "" when that is not the question.
     """
 
     cells: tuple[str, ...]

@@ -1,19 +1,19 @@
-"""What the fits say: their table, and the studies at the fitted loads."""
+"""What the fits say: their table, and the study of the largest load that Saint-Venant bears."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 
-from cellmech.results.records import to_csv
+from cellmech.figures import NONE, Row, Section, significant, tone_of
+from cellmech.results import to_csv
 from studies.paper.audit import CLOSE
 from studies.paper.calibration import COLLAPSING, DIGITS, LIMIT, LOAD, MAXIMA, SMEAR, TO_STRAINS, TOGETHER, Fit
 from studies.paper.printed import LAWS
-from studies.paper.section import NONE, Row, Section, significant, tone_of
 from studies.paper.study_files import study_text
 
 MADE = 'Written by "python -m studies.paper calibrate".'
-NEAR = math.log(2)  # misfit up to which a fit of the load is a scene to look at
+NEAR = math.log(2)  # misfit up to which a fit of the load comes near its strains
 
 
 def chosen(fits: Sequence[Fit]) -> dict[str, Fit]:
@@ -25,30 +25,6 @@ def chosen(fits: Sequence[Fit]) -> dict[str, Fit]:
 def limit(fits: Sequence[Fit]) -> Fit:
     """The largest load of the law that collapses."""
     return next(one for one in fits if one.kind == LIMIT)
-
-
-def calibrated_study(fits: Sequence[Fit], mesh: str) -> str:
-    """The study of the laws at their own loads, fitted on this mesh."""
-    lines = [
-        "Calibrated: the cell of Table 1 under the load that fits the J1 and J2 the paper prints for Figure 2, law by",
-        "law. This is not the paper's input: its load is 1, and everything else here is as in fig2.toml.",
-        f"{MADE} Fitted on the {mesh}. End states only.",
-        "",
-        "What it must show",
-        "- Ours / printed of the differences from rest at these loads (misfit: rms of ln over J1 and J2):",
-        f"    {'':15s} load     sigma    J1      J2      J3      misfit",
-    ]
-    cases = {}
-    for law, one in chosen(fits).items():
-        load = _rounded(one.values[LOAD])
-        cases[law] = {"cell.law": law, LOAD: load}
-        ratios = "".join(f"{significant(one.ratios[law][q]):8s}" for q in MAXIMA)
-        lines.append(f"    {law:15s} {load:<7g}  {ratios} {significant(one.misfit(law), 2)}")
-    lines += [
-        "- The large deformations that the paper draws: strains near the print, and stresses far above it.",
-        f"- Not here: {LAWS[COLLAPSING].label}, which has no equilibrium at such loads (saint-venant-limit.toml).",
-    ]
-    return study_text("Calibrated: the load that fits the printed J1 and J2, law by law", "\n".join(lines), cases)
 
 
 def limit_study(fits: Sequence[Fit], mesh: str) -> str:

@@ -1,0 +1,60 @@
+"""A first guess of a large case's equilibrium in space: that of the same case with fewer unknowns.
+
+Newton's method takes some thirty iterations from the first touch to the end state, whatever the mesh, and some eight
+from a guess that is near. A case of third order begins at the equilibrium of second order on its own mesh, and a large
+one of second order at that of a coarser mesh.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from mpi4py import MPI
+
+from cellmech.cell.additions import Additions
+from cellmech.cell.layering import MeshPlan
+from cellmech.cell.setup import Setup
+from cellmech.errors import CellmechError
+from cellmech.fem import fenicsx
+from cellmech.scene.parts import Mesh
+from cellmech.solver.simulation import Run
+
+UNKNOWNS = 12_000  # of the coarsest mesh, roughly
+WORTH = 4.0  # times as many unknowns, from which a guess is worth its own solution
+
+
+def begin_near(setup: Setup, run: Run, plan: MeshPlan, additions: Additions, log: Callable[[str], None]) -> None:
+    """Move a run's displacement to a first guess, if it is large and goes to its end state at once (collective)."""
+    ratio = setup.dofs / UNKNOWNS
+    if setup.kinematics.components < 3 or run.body.rate_dependent or run.schedule.load_steps or ratio < WORTH:
+        return
+    mesh, comm = setup.scene.mesh, run.comm
+    if mesh.order == 3:
+        before: Any = mesh.model_copy(update={"order": 2})
+    else:  # every rank solves it by itself: no rank waits for another, and all find the same
+        size = min(mesh.size_um * ratio ** (1 / 3), setup.scene.radius_um / 2)
+        before, comm = Mesh(order=2, size_um=size, thin_layers=1), MPI.COMM_SELF
+    try:
+        with_fewer = Setup(setup.scene.model_copy(update={"mesh": before}), comm, plan, additions)
+        first = with_fewer.create_run(lambda line: None)
+        try:
+            begin_near(with_fewer, first, plan, additions, log)
+            first.run(lambda step: None)
+            run.u[:] = _carried_over(first, run)
+        finally:
+            first.close()
+    except CellmechError as error:  # of the other mesh, which need not be this one's
+        log(f"no first guess: {error}")
+        return
+    run.state.update()
+    kind = "second order" if mesh.order == 3 else f"mesh.size_um = {before.size_um:.3g}"
+    log(f"first guess: the equilibrium of {with_fewer.dofs} unknowns ({kind})")
+
+
+def _carried_over(first: Run, run: Run) -> np.ndarray:
+    """The first run's displacement at the nodes of the other [µm], ghosts included, flat."""
+    if first.body.domain.mesh is run.body.domain.mesh:
+        return fenicsx.interpolated(first.state.u, run.body.space)
+    return fenicsx.values_at(first.state.u, run.body.space.tabulate_dof_coordinates()).ravel()

@@ -1,0 +1,241 @@
+"""The linear solver of Newton's method: which one it is, how it is set up, and why it failed.
+
+In the plane and for small bodies MUMPS factorises the tangent. Its time grows as unknowns^1.7 and its memory as
+unknowns^1.3 in 3-D; there a large tangent is solved by GMRES with one multigrid cycle as preconditioner, to a residual
+that Newton's method asks for.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from petsc4py import PETSc
+
+from cellmech.causes import Cause, Reason
+from cellmech.mechanics.balance import Body
+from cellmech.solver.coarse import coarse_operator, interpolation
+
+LARGE = 40_000  # unknowns of a body in space from which multigrid is faster
+FORCING = 1e-2  # share of the right-hand side that a linear solve leaves: no digit that the Newton step does not need
+SPARE = 0.3  # of the residual that ends Newton's method: what a linear solve leaves of it
+EXACTLY = 1e-8  # such a share where a solution serves many steps
+MOST_ITERATIONS = 200
+SET_UP = 10.0  # iterations that a set-up is worth: so many too many, and the next tangent has one of its own
+# MUMPS's INFOG(1) where memory is refused, and where the workspace that was foreseen is too small.
+REFUSED, OUTGROWN = frozenset((-5, -7, -13, -19)), frozenset((-8, -9, -17, -20))
+# Of the multigrid solver; what PETSc.Options() holds under the same prefix goes before.
+PREFIX = "cellmech_multigrid_"
+OPTIONS = {
+    "ksp_type": "gmres",
+    "ksp_gmres_restart": 50,
+    "ksp_pc_side": "right",
+    "pc_type": "mg",
+    "mg_levels_ksp_type": "chebyshev",
+    "mg_levels_ksp_max_it": 4,
+    "mg_levels_ksp_chebyshev_esteig": "0,0.1,0,1.1",
+    "mg_levels_pc_type": "pbjacobi",
+    "mg_coarse_ksp_type": "preonly",
+    "mg_coarse_pc_type": "cholesky",
+    "mg_coarse_pc_factor_mat_solver_type": "mumps",
+    "mg_coarse_mat_mumps_icntl_14": 60,
+}
+
+
+class Linear(Protocol):
+    """A solver of the tangent, as a preconditioner of PETSc's that leaves nothing to a Krylov method outside."""
+
+    @property
+    def matrix_type(self) -> str | None:
+        """What the tangent is stored as; None for PETSc's default."""
+
+    def install(self, pc: PETSc.PC) -> None:
+        """Make a preconditioner this solver."""
+
+    def aim(self, share: float) -> None:
+        """Leave what a Newton step may leave whose residual is to fall to this share [-] in the end."""
+
+    def exactly(self, r: PETSc.Vec, z: PETSc.Vec) -> None:
+        """Solve to `EXACTLY`, whatever is aimed at."""
+
+    def close(self) -> None:
+        """Free what PETSc holds."""
+
+    def fault(self) -> Reason | None:
+        """Why the last tangent could not be solved with; None if it could.
+
+        Raises:
+            MemoryError: on every rank, if there was no room.
+        """
+
+
+class Direct:
+    """MUMPS's factors; exact."""
+
+    matrix_type = None
+
+    def install(self, pc: PETSc.PC) -> None:
+        """See `Linear`."""
+        self.pc = pc
+        pc.setType("lu")
+        pc.setFactorSolverType("mumps")
+
+    def aim(self, share: float) -> None:
+        """See `Linear`."""
+
+    def exactly(self, r: PETSc.Vec, z: PETSc.Vec) -> None:
+        """See `Linear`."""
+        self.pc.apply(r, z)
+
+    def close(self) -> None:
+        """See `Linear`."""
+
+    def fault(self) -> Reason | None:
+        """See `Linear`. A preconditioner of ours hides it from PETSc."""
+        factor = self.pc.getFactorMatrix()
+        code = factor.getMumpsInfog(1)
+        if code >= 0:
+            return None
+        if code in REFUSED or (code in OUTGROWN and factor.getMumpsIcntl(23)):
+            size = f"{factor.getSize()[0]} unknowns, ranks: {factor.getComm().size}, MUMPS error {code}"
+            hint = "Fewer unknowns (a larger mesh.size_um), more ranks per case or more memory help"
+            raise MemoryError(f"no room to factorise the tangent ({size}). {hint}")
+        if code in OUTGROWN:
+            return Cause.NEARLY_SINGULAR.reason(code=code)
+        return Cause.SINGULAR.reason()
+
+
+class Multigrid:
+    """GMRES, preconditioned by one cycle between the displacement's space and that of `coarse.interpolation`.
+
+    What was set up for one tangent serves for the next ones until the iterations that this costs outweigh a set-up.
+    """
+
+    def __init__(self, body: Body) -> None:
+        self.matrix_type = None if body.pressure_space is not None else "baij"
+        self._P, self._held = interpolation(body)
+        self._share = FORCING
+        self._ksp: Any = None
+        self._coarse: Any = None
+        self._lost, self._best = 0.0, math.inf
+        self._fault: Reason | None = None
+
+    def install(self, pc: PETSc.PC) -> None:
+        """See `Linear`."""
+        self._pc = pc
+        pc.setType("python")
+        pc.setPythonContext(self)
+
+    def aim(self, share: float) -> None:
+        """See `Linear`."""
+        self._share = max(FORCING, min(share * SPARE, SPARE))
+
+    def exactly(self, r: PETSc.Vec, z: PETSc.Vec) -> None:
+        """See `Linear`."""
+        aim, self._share = self._share, EXACTLY
+        self._pc.apply(r, z)
+        self._share = aim
+
+    def close(self) -> None:
+        """See `Linear`."""
+        self._P.destroy()
+        self._held.destroy()
+
+    def setUp(self, pc: PETSc.PC) -> None:
+        """Take a new tangent."""
+        A, _ = pc.getOperators()
+        if self._ksp is None or self._lost > SET_UP:
+            self._set_up(A)
+        else:
+            self._ksp.setOperators(A)
+            self._ksp.getPC().setReusePreconditioner(True)
+
+    def _set_up(self, A: PETSc.Mat) -> None:
+        self._coarse = coarse_operator(A, self._P, self._held, self._coarse)
+        if self._ksp is None:
+            self._ksp = self._create(A)
+        self._ksp.setOperators(A)
+        self._ksp.getPC().setReusePreconditioner(False)
+        self._ksp.setUp()
+        self._lost, self._best = 0.0, math.inf
+
+    def _create(self, A: PETSc.Mat) -> PETSc.KSP:
+        options = PETSc.Options()
+        for key, value in OPTIONS.items():
+            if not options.hasName(PREFIX + key):
+                options[PREFIX + key] = value
+        ksp = PETSc.KSP().create(A.getComm())
+        ksp.setOptionsPrefix(PREFIX)
+        ksp.setOperators(A)
+        pc = ksp.getPC()
+        pc.setType("mg")
+        pc.setMGLevels(2)
+        pc.setMGInterpolation(1, self._P)
+        ksp.setFromOptions()
+        pc.getMGCoarseSolve().setOperators(self._coarse)
+        return ksp
+
+    def apply(self, pc: PETSc.PC, r: PETSc.Vec, z: PETSc.Vec) -> None:
+        """Solve; with a set-up of this tangent's own where the one at hand does not serve. NaN where none does."""
+        fresh = self._best == math.inf
+        solved = self._solve(r, z)
+        if not solved and not fresh:
+            self._set_up(pc.getOperators()[0])
+            solved = self._solve(r, z)
+        if not solved:
+            left = self._ksp.getResidualNorm() / r.norm()
+            self._fault = Cause.NOT_SOLVED.reason(left=left, most=MOST_ITERATIONS)
+            z.set(math.nan)
+
+    def _solve(self, r: PETSc.Vec, z: PETSc.Vec) -> bool:
+        """Whether the residual fell as far as asked; counts what iterations more than with a new set-up it took."""
+        most = MOST_ITERATIONS
+        if self._best < math.inf:  # of another tangent: no longer than a set-up of this one's own takes
+            most = min(most, math.ceil(self._best * -math.log10(self._share) + 2 * SET_UP))
+        self._ksp.setTolerances(rtol=self._share, atol=0.0, max_it=most)
+        self._ksp.solve(r, z)
+        self._fault = None
+        if self._ksp.getConvergedReason() <= 0:
+            return False
+        size, left = r.norm(), self._ksp.getResidualNorm()
+        digits = max(math.log10(size / left), 0.5) if 0.0 < left < size else 1.0
+        rate = self._ksp.getIterationNumber() / digits
+        self._best = min(self._best, rate)
+        self._lost += (rate - self._best) * digits
+        return True
+
+    def reset(self, pc: PETSc.PC) -> None:
+        """Forget all that was set up."""
+        for held in (self._ksp, self._coarse):
+            if held is not None:
+                held.destroy()
+        self._ksp = self._coarse = None
+
+    def fault(self) -> Reason | None:
+        """See `Linear`."""
+        return self._fault
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Which solver, and why.
+
+    Args:
+        multigrid: whether it is not MUMPS's factors.
+        reason: for the log.
+    """
+
+    multigrid: bool
+    reason: str
+
+
+def choose(body: Body) -> Choice:
+    """The solver for a body by its geometry and size."""
+    dofmap = body.space.dofmap
+    unknowns, space = dofmap.index_map.size_global * dofmap.index_map_bs, body.domain.mesh.topology.dim == 3
+    if not space:
+        return Choice(False, f"linear solver: MUMPS, {unknowns} unknowns in two dimensions")
+    if unknowns < LARGE:
+        return Choice(False, f"linear solver: MUMPS, {unknowns} unknowns are fewer than {LARGE}")
+    return Choice(True, f"linear solver: GMRES with multigrid, {unknowns} unknowns are {LARGE} or more")

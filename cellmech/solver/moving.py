@@ -1,0 +1,48 @@
+"""What steps through time need of the body that goes along them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+
+from cellmech.causes import Reason
+from cellmech.mechanics.balance import Body
+from cellmech.solver.newton import Outcome
+from cellmech.solver.schedule import Schedule, Step, Totals
+from cellmech.solver.state import State
+
+
+class Moving(Protocol):
+    """What steps need of the body that goes through time (`cellmech.solver.simulation`)."""
+
+    body: Body
+    state: State
+    schedule: Schedule
+    totals: Totals
+    t: float
+    log: Callable[[str], None]
+
+    @property
+    def u(self) -> np.ndarray:
+        """Displacement on this rank [µm], flat."""
+
+    @property
+    def jumps(self) -> bool:
+        """Whether the displacement jumps at the start."""
+
+    def solve(self, amplitude: float, rough: bool = False, leap: bool = False) -> Outcome:
+        """Solve at a load amplitude [-], beginning near the present displacement."""
+
+    def relative(self, error: np.ndarray, formula: tuple[float, float, float] | None = None) -> float:
+        """An error over the largest displacement so far [-]."""
+
+    def reaches_more(self) -> bool:
+        """Whether the body has come to another obstacle, which then is in the problem."""
+
+    def accept(self, t: float, h: float, outcome: Outcome, error: float | None) -> Step:
+        """Book a step to the time t [s], h [s] long."""
+
+    def no_way_on(self, reason: Reason, amplitude: float, t: float | None = None) -> Reason:
+        """The reason of a failure with its place: the present time or t [s]."""
