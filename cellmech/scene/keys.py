@@ -109,8 +109,8 @@ def _check_table(value: object, tree: Mapping[str, Any], key: str, where: str) -
 def put(data: dict[str, Any], key: str, value: object, where: str) -> None:
     """Set a dotted key in the data of a file whose tables are sound (`check_tables`).
 
-    Pillars are counted from 0; a file that names none has Table 1's, or none beside an array. Setting flat.y_um brings
-    a flat back.
+    Pillars are counted from 0; a file that names none has Table 1's, or none beside an array. Setting flat.y_um
+    brings a flat back.
 
     Raises:
         InputError: for an unknown key, a pillar that is not there, a plain value in place of a table.

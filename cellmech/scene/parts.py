@@ -48,10 +48,9 @@ class Cell(Table):
     """The cell as a whole: position, density, law, fluid phase."""
 
     geometry: Annotated[Literal["plane", "axisymmetric", "3d"], Choice()] = "plane"
-    """A cylinder on ridges as the paper's (plane strain), a ball on a round pillar, rings or a flat, or a ball."""
-    shape: Annotated[Literal["quarter", "half", "full"], Choice()] = "half"
-    """Model half a cell and its mirror image at x = 0, the full cell, or in 3-D a quarter, mirrored at x = 0 and z = 0.
-    What is not written is in 3-D the smallest of them that has the symmetry of the obstacles."""
+    """A cylinder on endless ridges (plane strain, the paper's), a ball on what is round about x = 0, or on anything."""
+    shape: Annotated[Literal["half", "full", "quarter"], Choice()] = "half"
+    """Half a cell, mirrored at x = 0, or all of it; in 3-D also a quarter, and the least that serves if left out."""
     gap_um: Position = 0.0
     """Vertical travel to first touch; without inertia the cell is moved there before it is solved."""
     centre_x_um: Position = 0.0
@@ -151,8 +150,6 @@ class Layers(Table):
 class Pillar(Table):
     """A micropillar: |(x - x_um)/half_width_um|^exponent + |(y - y_um)/height_um|^exponent <= 1."""
 
-    profile: Profile | None = None
-    """3-D: its outline from above, round if left out; a ridge is endless along z, as all are in the plane."""
     x_um: Position = 0.0
     """Middle of the pillar."""
     y_um: Position = -10.0
@@ -167,6 +164,8 @@ class Pillar(Table):
     """From foot to top."""
     exponent: Exponent = 4.0
     """How square it is: 2 is an ellipse, 4 the paper's, 20 nearly a box with sharp edges."""
+    profile: Profile | None = None
+    """3-D: its outline from above, round if left out; a ridge is endless along z, as all are in the plane."""
 
     @model_validator(mode="after")
     def _half_of_the_width(self) -> Self:

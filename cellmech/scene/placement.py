@@ -16,8 +16,8 @@ from cellmech.mechanics.obstacles import Pillar
 from cellmech.mechanics.pillars import RoundPillar
 from cellmech.scene.inputs import Inputs
 from cellmech.scene.parts import Flat
-from cellmech.scene.substrate import Standing, standing
-from cellmech.scene.touch import touch_in_space, touch_of
+from cellmech.scene.substrate import Standing, Upright, standing
+from cellmech.scene.touch import meet
 
 Obstacle = int | str  # a pillar by its index, one of the array by its name, "flat"
 Place = tuple[float, ...]  # across the vertical [µm]: x, in 3-D x and z
@@ -168,27 +168,18 @@ def _touches(scene: Inputs, place: Place) -> tuple[tuple[float, Touch], ...]:
     return _touches_of(scene.radius_um, place, scene.mirrors, standing(scene), scene.flat)
 
 
-def _round(place: Place, radius: float) -> Pillar | RoundPillar:
-    """The cell with its centre at the level 0."""
-    if len(place) == 1:
-        return Pillar(place[0], 0.0, radius, radius, 2.0)
-    return RoundPillar(place[0], 0.0, place[1], radius, radius, 2.0)
-
-
 @lru_cache(maxsize=256)  # the cases of a sweep mostly share one geometry
 def _touches_of(
     radius: float, place: Place, mirrors: str, stands: tuple[Standing, ...], flat: Flat | None
 ) -> tuple[tuple[float, Touch], ...]:
     """(level of the centre at touch [µm], touch) for every obstacle below the cell's width."""
     found = []
+    cell: Upright = Pillar(place[0], 0.0, radius, radius, 2.0)
+    if len(place) == 2:
+        cell = RoundPillar(place[0], 0.0, place[1], radius, radius, 2.0)
     for stand in stands:
-        arch, cell = stand.arch, _round(place, radius)
-        met: tuple[float, ...] | None
-        if isinstance(cell, RoundPillar):
-            met = touch_in_space(cell, arch)
-        else:
-            assert isinstance(arch, Pillar)  # what stands in a plane is endless
-            met = touch_of(cell, arch)
+        arch = stand.arch
+        met = meet(cell, arch)
         if met is None or any(at < 0.0 for at, _ in zip(met, mirrors, strict=False)):
             continue
         *at, distance = met

@@ -1,18 +1,17 @@
-"""Rules of what the cell stands on: nothing overlaps, as eq. 27 would count a force twice; mirrors find symmetry."""
+"""What the cell stands on: nothing overlaps, or eq. 27 would count a force twice, and mirrors find symmetry."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
 
-from cellmech.mechanics.obstacles import Pillar
 from cellmech.scene.breach import Breach
 from cellmech.scene.inputs import Inputs
 from cellmech.scene.limits import below, told
 from cellmech.scene.parts import Array
 from cellmech.scene.placement import TIE
 from cellmech.scene.substrate import MOST_PILLARS, Standing, Upright, crowded, endless, standing, symmetric
-from cellmech.scene.touch import touch_in_space, touch_of
+from cellmech.scene.touch import meet
 
 PLANES = {"x": "x = 0", "z": "z = 0", "xz": "x = 0 and z = 0"}
 
@@ -89,10 +88,7 @@ def _left(arch: Upright) -> float:
 
 
 def _overlap(a: Upright, b: Upright) -> bool:
-    if isinstance(a, Pillar):
-        met: tuple[float, ...] | None = touch_of(a, b) if isinstance(b, Pillar) else touch_in_space(b, a)
-    else:
-        met = touch_in_space(a, b)
+    met = meet(a, b)
     return met is not None and met[-1] - abs(a.y_um - b.y_um) > TIE * (a.height_um + b.height_um)
 
 

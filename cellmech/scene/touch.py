@@ -48,8 +48,13 @@ def touch_of(a: Arch, b: Arch) -> tuple[float, float] | None:
     return x, a.rise(x) + b.rise(x)
 
 
-def touch_in_space(a: RoundPillar | SquarePillar, b: Upright) -> tuple[float, float, float] | None:
-    """The same in space: x, z [µm] and the distance of the centres; None if they cannot meet."""
+def meet(a: Upright, b: Upright) -> tuple[float, ...] | None:
+    """Where any two shapes meet vertically and the distance of their centres then [µm]; None if they cannot.
+
+    The place is x, or x and z where one of them ends along z.
+    """
+    if isinstance(a, Pillar):
+        return touch_of(a, b) if isinstance(b, Pillar) else meet(b, a)
     if isinstance(b, Pillar):
         met = touch_of(a.across(a.z_um), b)
         return None if met is None else (met[0], a.z_um, met[1])
@@ -71,7 +76,7 @@ def touch_in_space(a: RoundPillar | SquarePillar, b: Upright) -> tuple[float, fl
 
 @lru_cache(maxsize=1024)  # a lattice has few pillars that differ in distance
 def _nested(a: RoundPillar | SquarePillar, b: RoundPillar | SquarePillar) -> tuple[float, float, float] | None:
-    """`touch_in_space` by bisection along z of the maximum along x.
+    """`meet` by bisection along z of the maximum along x.
 
     Where the sections do not meet, the way is the one on which they come nearer.
     """

@@ -178,7 +178,6 @@ def test_ball_is_the_turned_disc(tmp_path):
     for region in ("nucleus", "cell"):
         for key in ("sigma_mises_mean_Pa", "J1_mean", "J3_mean", "volume_um3"):
             assert ball[region][key] == pytest.approx(disc[region][key], rel=0.01), (region, key)
-        assert ball[region]["sigma_mises_max_Pa"] == pytest.approx(disc[region]["sigma_mises_max_Pa"], rel=0.05)
     assert ball["contact"]["max_depth_um"] == pytest.approx(disc["contact"]["max_depth_um"], rel=0.02)
     assert ball["energy"]["stored"] == pytest.approx(disc["energy"]["stored"], rel=0.01)
 
@@ -190,7 +189,9 @@ def test_lattice_turned_by_90_degrees_gives_the_same_numbers(tmp_path):
         place = {"y_um": -10.0, "half_width_um": 2.5, "height_um": 5.0, "profile": "square", axis: 4.0}
         return [place]
 
-    along_x, along_z = (end_state(tmp_path, axis, pillar=pillars(axis)) for axis in ("x_um", "z_um"))
+    along_x, along_z = (
+        end_state(tmp_path, axis, cell={"shape": "quarter"}, pillar=pillars(axis)) for axis in ("x_um", "z_um")
+    )
     for key in ("sigma_mises_mean_Pa", "sigma_mises_max_Pa", "J1_mean"):
         assert along_x["cell"][key] == pytest.approx(along_z["cell"][key], rel=0.03), key
     x, _, z = along_x["cell"]["sigma_mises_max_at_um"]
