@@ -20,6 +20,7 @@ from cellmech.mechanics.contact import Contact
 from cellmech.mechanics.obstacles import Flat
 from cellmech.scene.files import read_scene
 from cellmech.solver import newton
+from cellmech.solver.linear import Direct
 from cellmech.solver.newton import MAX_ITERATIONS, Solver
 from cellmech.solver.rigid_modes import rigid_modes
 from cellmech.solver.schedule import Schedule
@@ -128,8 +129,7 @@ def test_every_factorisation_has_the_options_of_the_solver(tables):
     run = run_of(tables)
     run.run(lambda step: None)
     solver = run.solver
-    pc = solver._direct if run.modes is None else solver._bordered.inner
-    assert pc.getFactorMatrix().getMumpsIcntl(14) == newton.OPTIONS["mat_mumps_icntl_14"]
+    assert solver._linear.pc.getFactorMatrix().getMumpsIcntl(14) == newton.OPTIONS["mat_mumps_icntl_14"]
     run.close()
 
 
@@ -148,12 +148,11 @@ def test_tangent_that_finds_no_room_is_no_fault_of_the_body(tables):
 
 
 @pytest.mark.parametrize(("code", "limit", "reason"), [(-9, 0, "nearly singular"), (-10, 0, "nothing resists")])
-def test_tangent_that_cannot_be_factorised_is_told_from_a_lack_of_memory(code, limit, reason, monkeypatch):
-    body, state = pulled_block()
-    solver = Solver(body, state, PULL)
+def test_tangent_that_cannot_be_factorised_is_told_from_a_lack_of_memory(code, limit, reason):
     factor = SimpleNamespace(getMumpsInfog=lambda number: code, getMumpsIcntl=lambda number: limit)
-    monkeypatch.setattr(solver, "_direct", SimpleNamespace(getFactorMatrix=lambda: factor))
-    assert reason in solver._factor_fault()
+    solver = Direct()
+    solver.pc = SimpleNamespace(getFactorMatrix=lambda: factor)
+    assert reason in solver.fault()
 
 
 # Rigid modes
