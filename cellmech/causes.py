@@ -40,7 +40,7 @@ class Cause(Enum):
     )
     NOT_SOLVED = (
         "linear-solver",
-        "the linear solver stops: {left:.2g} of the residual is left in {most} iterations",
+        "the linear solver stops: {left:.2g} of the residual is left after {made} iterations",
         "Set mesh.size_um larger, so that the tangent can be factorised, or raise the moduli that lie far apart.",
     )
     ROUND_OFF = (

@@ -15,14 +15,17 @@ from petsc4py import PETSc
 
 from cellmech.causes import Cause, Reason
 from cellmech.mechanics.balance import Body
+from cellmech.solver import room
 from cellmech.solver.coarse import coarse_operator, interpolation
+from cellmech.solver.det_f import order_of
+from cellmech.solver.room import GIB
 
 LARGE = 40_000  # unknowns of a body in space from which multigrid is faster
 FORCING = 1e-2  # share of the right-hand side that a linear solve leaves: no digit that the Newton step does not need
 SPARE = 0.3  # of the residual that ends Newton's method: what a linear solve leaves of it
 EXACTLY = 1e-8  # such a share where a solution serves many steps
-MOST_ITERATIONS = 200
-SET_UP = 10.0  # iterations that a set-up is worth: so many too many, and the next tangent has one of its own
+MOST_ITERATIONS, ENOUGH = 200, 60  # the second with the coarse level of an earlier tangent
+SET_UP = 10.0  # iterations that a coarse level is worth: so many too many, and the next tangent has one of its own
 # MUMPS's INFOG(1) where memory is refused, and where the workspace that was foreseen is too small.
 REFUSED, OUTGROWN = frozenset((-5, -7, -13, -19)), frozenset((-8, -9, -17, -20))
 # Of the multigrid solver; what PETSc.Options() holds under the same prefix goes before.
@@ -109,7 +112,7 @@ class Direct:
 class Multigrid:
     """GMRES, preconditioned by one cycle between the displacement's space and that of `coarse.interpolation`.
 
-    What was set up for one tangent serves for the next ones until the iterations that this costs outweigh a set-up.
+    The coarse level of one tangent serves for the next ones until the iterations that this costs outweigh a new one.
     """
 
     def __init__(self, body: Body) -> None:
@@ -143,21 +146,17 @@ class Multigrid:
         self._held.destroy()
 
     def setUp(self, pc: PETSc.PC) -> None:
-        """Take a new tangent."""
+        """Take a new tangent: smoothers are set up for it at once."""
         A, _ = pc.getOperators()
-        if self._ksp is None or self._lost > SET_UP:
-            self._set_up(A)
-        else:
-            self._ksp.setOperators(A)
-            self._ksp.getPC().setReusePreconditioner(True)
-
-    def _set_up(self, A: PETSc.Mat) -> None:
-        self._coarse = coarse_operator(A, self._P, self._held, self._coarse)
+        if self._coarse is None or self._lost > SET_UP:
+            self._coarsen(A)
         if self._ksp is None:
             self._ksp = self._create(A)
         self._ksp.setOperators(A)
-        self._ksp.getPC().setReusePreconditioner(False)
         self._ksp.setUp()
+
+    def _coarsen(self, A: PETSc.Mat) -> None:
+        self._coarse = coarse_operator(A, self._P, self._held, self._coarse)
         self._lost, self._best = 0.0, math.inf
 
     def _create(self, A: PETSc.Mat) -> PETSc.KSP:
@@ -177,25 +176,21 @@ class Multigrid:
         return ksp
 
     def apply(self, pc: PETSc.PC, r: PETSc.Vec, z: PETSc.Vec) -> None:
-        """Solve; with a set-up of this tangent's own where the one at hand does not serve. NaN where none does."""
-        fresh = self._best == math.inf
-        solved = self._solve(r, z)
-        if not solved and not fresh:
-            self._set_up(pc.getOperators()[0])
-            solved = self._solve(r, z)
+        """Solve, with a coarse level of this tangent's own where the one at hand does not serve; NaN if none does."""
+        known, self._fault = self._best < math.inf, None
+        solved = self._solve(r, z, ENOUGH if known else MOST_ITERATIONS)
+        if not solved and known:
+            self._coarsen(pc.getOperators()[0])
+            solved = self._solve(r, z, MOST_ITERATIONS)
         if not solved:
-            left = self._ksp.getResidualNorm() / r.norm()
-            self._fault = Cause.NOT_SOLVED.reason(left=left, most=MOST_ITERATIONS)
+            left, made = self._ksp.getResidualNorm() / r.norm(), self._ksp.getIterationNumber()
+            self._fault = Cause.NOT_SOLVED.reason(left=left, made=made)
             z.set(math.nan)
 
-    def _solve(self, r: PETSc.Vec, z: PETSc.Vec) -> bool:
+    def _solve(self, r: PETSc.Vec, z: PETSc.Vec, most: int) -> bool:
         """Whether the residual fell as far as asked; counts what iterations more than with a new set-up it took."""
-        most = MOST_ITERATIONS
-        if self._best < math.inf:  # of another tangent: no longer than a set-up of this one's own takes
-            most = min(most, math.ceil(self._best * -math.log10(self._share) + 2 * SET_UP))
         self._ksp.setTolerances(rtol=self._share, atol=0.0, max_it=most)
         self._ksp.solve(r, z)
-        self._fault = None
         if self._ksp.getConvergedReason() <= 0:
             return False
         size, left = r.norm(), self._ksp.getResidualNorm()
@@ -223,19 +218,26 @@ class Choice:
 
     Args:
         multigrid: whether it is not MUMPS's factors.
-        reason: for the log.
+        reason: for the log; "" in the plane, where there is no choice.
     """
 
     multigrid: bool
-    reason: str
+    reason: str = ""
 
 
 def choose(body: Body) -> Choice:
-    """The solver for a body by its geometry and size."""
-    dofmap = body.space.dofmap
-    unknowns, space = dofmap.index_map.size_global * dofmap.index_map_bs, body.domain.mesh.topology.dim == 3
-    if not space:
-        return Choice(False, f"linear solver: MUMPS, {unknowns} unknowns in two dimensions")
-    if unknowns < LARGE:
-        return Choice(False, f"linear solver: MUMPS, {unknowns} unknowns are fewer than {LARGE}")
-    return Choice(True, f"linear solver: GMRES with multigrid, {unknowns} unknowns are {LARGE} or more")
+    """The solver for a body by its geometry and size (collective).
+
+    Raises:
+        MemoryError: on every rank, if the body is one in space and memory will not suffice.
+    """
+    dofmap, mesh = body.space.dofmap, body.domain.mesh
+    unknowns = dofmap.index_map.size_global * dofmap.index_map_bs
+    if mesh.topology.dim < 3:
+        return Choice(False)
+    multigrid = unknowns >= LARGE
+    needed = room.needed_bytes(unknowns, order_of(body.space), multigrid)
+    room.refuse_without(needed, unknowns, mesh.comm)
+    name, rule = ("GMRES with multigrid", "not fewer") if multigrid else ("MUMPS", "fewer")
+    text = f"linear solver: {name}, for {unknowns} unknowns are {rule} than {LARGE}; about {needed / GIB:.2g} GiB"
+    return Choice(multigrid, text)

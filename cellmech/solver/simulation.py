@@ -97,6 +97,8 @@ class Run:
         tolerance = TOLERANCE if body.density is None else MOVING_TOLERANCE
         balance = partial(self._settle, nearly=EXACTLY) if body.density is None and body.obstacles else None
         self.solver = Solver(body, self.state, self.force_scale, tolerance, self.modes, balance)
+        if self.solver.choice.reason:
+            self.log(self.solver.choice.reason)
 
     @property
     def jumps(self) -> bool:

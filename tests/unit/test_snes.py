@@ -21,6 +21,7 @@ from cellmech.mechanics.contact import Contact
 from cellmech.mechanics.obstacles import Flat
 from cellmech.scene.files import read_scene
 from cellmech.solver import newton
+from cellmech.solver.linear import Direct
 from cellmech.solver.newton import MAX_ITERATIONS, Solver
 from cellmech.solver.rigid_modes import rigid_modes
 from cellmech.solver.schedule import Schedule
@@ -148,12 +149,11 @@ def test_tangent_that_finds_no_room_is_no_fault_of_the_body(tables):
 
 
 @pytest.mark.parametrize(("code", "limit", "cause"), [(-9, 0, Cause.NEARLY_SINGULAR), (-10, 0, Cause.SINGULAR)])
-def test_tangent_that_cannot_be_factorised_is_told_from_a_lack_of_memory(code, limit, cause, monkeypatch):
-    body, state = pulled_block()
-    solver = Solver(body, state, PULL)
+def test_tangent_that_cannot_be_factorised_is_told_from_a_lack_of_memory(code, limit, cause):
     factor = SimpleNamespace(getMumpsInfog=lambda number: code, getMumpsIcntl=lambda number: limit)
-    monkeypatch.setattr(solver._linear, "pc", SimpleNamespace(getFactorMatrix=lambda: factor))
-    assert solver._linear.fault().cause is cause
+    solver = Direct()
+    solver.pc = SimpleNamespace(getFactorMatrix=lambda: factor)
+    assert solver.fault().cause is cause
 
 
 # Rigid modes
