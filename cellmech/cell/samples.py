@@ -12,8 +12,8 @@ import ufl
 from cellmech.fem.jit import PointValues
 from cellmech.mechanics.invariants import reported_strains
 from cellmech.mechanics.kinematics import deformation_gradient, green_lagrange
-from cellmech.mechanics.materials import Mixture
-from cellmech.solver.simulation import Run
+from cellmech.mechanics.materials import MaterialField
+from cellmech.solver.simulation import Simulation
 from cellmech.solver.state import State
 
 PRESSURE, DET_F = 4, 5  # columns after sigma_Mises and the strains
@@ -24,7 +24,7 @@ STEEPEST, LOWEST = 3 * N, slice(3 * N + 1, 3 * N + 3)  # pressure gradient; pres
 AREA, INTEGRALS = 3 * N + 3, slice(3 * N + 4, 4 * N + 4)
 
 
-def state_quantities(state: State, mixture: Mixture) -> Any:
+def state_quantities(state: State, material: MaterialField) -> Any:
     """(sigma_Mises [Pa], J1 - 2, J2 - 2, J3 - 1, pressure [Pa], det F) as a UFL vector.
 
     sigma_Mises is the von Mises norm of the full 3-D Cauchy stress of the whole mixture, sigma_zz included; the
@@ -32,29 +32,29 @@ def state_quantities(state: State, mixture: Mixture) -> Any:
     """
     k = state.kinematics
     F, E = deformation_gradient(state.u, k), green_lagrange(state.u, k)
-    S = mixture.solid(E, state.p)[1]
-    if mixture.rate_dependent:
-        S = S + mixture.fluid(F, state.strain_rate())
+    S = material.solid(E, state.p)[1]
+    if material.rate_dependent:
+        S = S + material.fluid(F, state.strain_rate())
     sigma = F * S * F.T / ufl.det(F)
     deviator = ufl.dev(sigma)
     mises = ufl.sqrt(1.5 * ufl.inner(deviator, deviator))
-    return ufl.as_vector([mises, *reported_strains(mixture.strain(E, state.p, k)), -ufl.tr(sigma) / 3, ufl.det(F)])
+    return ufl.as_vector([mises, *reported_strains(material.strain(E, state.p, k)), -ufl.tr(sigma) / 3, ufl.det(F)])
 
 
 class Samples:
     """Quantities at fixed points of some cells: the first `n_max` points count for maxima, `weights` for means."""
 
-    def __init__(self, run: Run, cells: np.ndarray, points: np.ndarray, weights: np.ndarray, n_max: int) -> None:
+    def __init__(self, run: Simulation, cells: np.ndarray, points: np.ndarray, weights: np.ndarray, n_max: int) -> None:
         mesh, body = run.body.domain.mesh, run.body
         self.cells, self.n_max, self.comm = cells, n_max, mesh.comm
         tags = np.zeros(int(np.max(cells, initial=-1)) + 1, dtype=np.int32)
         inside = body.domain.cell_tags.indices < len(tags)
         tags[body.domain.cell_tags.indices[inside]] = body.domain.cell_tags.values[inside]
         self._parts, state = [], run.state.parts()
-        for mixture in body.mixtures:
-            numbers = [body.domain.cells[name] for name in mixture.names]
+        for material in body.materials:
+            numbers = [body.domain.cells[name] for name in material.names]
             rows = np.flatnonzero(np.isin(tags[cells], numbers))
-            self._parts.append((rows, PointValues(state_quantities(state, mixture), points, mesh.comm)))
+            self._parts.append((rows, PointValues(state_quantities(state, material), points, mesh.comm)))
         place = ufl.as_vector([*ufl.SpatialCoordinate(mesh), ufl.JacobianDeterminant(mesh)])
         placed = PointValues(place, points, mesh.comm)(cells)
         self.position, self.area = placed[..., :2], np.abs(placed[..., 2]) * weights
@@ -84,7 +84,7 @@ class PressureGradient:
         order: of the displacement.
     """
 
-    def __init__(self, run: Run, samples: Samples, points: np.ndarray, order: int) -> None:
+    def __init__(self, run: Simulation, samples: Samples, points: np.ndarray, order: int) -> None:
         self._samples = samples
         self._position = PointValues(ufl.SpatialCoordinate(run.body.domain.mesh) + run.state.u, points, samples.comm)
         reported = points[: samples.n_max]
@@ -103,7 +103,7 @@ class PressureGradient:
 
 
 def _slopes(fitted: np.ndarray, at: np.ndarray, degree: int) -> np.ndarray:
-    """What makes values at points the derivatives of the polynomial that fits them best; shape (2, n_at, n_fitted)."""
+    """Matrices from values to derivatives of the polynomial that fits them best; shape (2, n_at, n_fitted)."""
     powers = [(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)]
 
     def monomials(points: np.ndarray, d: int | None = None) -> np.ndarray:

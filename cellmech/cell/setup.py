@@ -20,7 +20,7 @@ from cellmech.cell.footing import follow, modulus_of
 from cellmech.cell.layering import INSIDE_OUT, MERGED, MeshPlan, fade_of
 from cellmech.cell.observables import Layout, Ring
 from cellmech.errors import InputError, SolveError
-from cellmech.fem.coefficients import mixtures
+from cellmech.fem.coefficients import material_fields
 from cellmech.fem.domain import Domain, build_domain, whole
 from cellmech.fem.jit import displacement_space, pressure_space
 from cellmech.fem.outline import Outline
@@ -35,7 +35,7 @@ from cellmech.scene.placement import STEEP, Placement, placement, rest_beside, s
 from cellmech.scene.scene import Scene
 from cellmech.solver.rigid_modes import rigid_modes
 from cellmech.solver.schedule import LOAD_STEPS, SMALL, Schedule
-from cellmech.solver.simulation import Run
+from cellmech.solver.simulation import Simulation
 
 # Units inside: µm, s, Pa.
 KG_M3 = 1e-12  # kg/m^3 in Pa s^2/µm^2
@@ -168,7 +168,7 @@ class Setup:
         return radius * min(max(ZONE_OVER_HERTZ * half_width / radius, 0.1), 1.0)
 
     def _contact(self) -> Contact:
-        """How obstacles push, whether there are any or not."""
+        """The law of the contact, whether there are obstacles or not."""
         settings = self.scene.contact
         width = settings.smoothing_um if settings.form == "surface" else settings.volume_width_um
         return Contact(settings.form, settings.penalty_Pa_per_um, width)
@@ -185,7 +185,7 @@ class Setup:
 
     @property
     def force_scale(self) -> float:
-        """What residuals are measured by [Pa µm]: the weight modelled, or a stiffness if there is none."""
+        """The measure of residuals [Pa µm]: the weight modelled, or a stiffness if there is none."""
         soft = min(map(self.scene.layer_young_Pa, LAYER_NAMES))
         return abs(self.weight) / (2 if self.half else 1) or 1e-3 * soft
 
@@ -201,7 +201,7 @@ class Setup:
         contact = self.contact if self.obstacles else None
         body = Body(
             domain=domain,
-            mixtures=mixtures(domain, layers if smeared else groups, blend),
+            materials=material_fields(domain, layers if smeared else groups, blend),
             space=space,
             bcs=self.symmetry(space),
             body_force=(0.0, -self.force_density),
@@ -235,7 +235,7 @@ class Setup:
 
     @property
     def mirror_symmetric(self) -> bool:
-        """Whether the obstacles are symmetric about the cell's vertical axis."""
+        """True if the obstacles are symmetric about the cell's vertical axis."""
         x0 = 2 * self.centre[0]
         pillars = [o for o in self.obstacles.values() if isinstance(o, Pillar)]
         if len(pillars) + (self.scene.flat is not None) < len(self.obstacles):
@@ -245,13 +245,13 @@ class Setup:
 
     @property
     def free_sideways(self) -> bool:
-        """Whether nothing tells left from right: a symmetric scene, a flat alone in reach, a hardly sloping top."""
+        """True if nothing tells left from right: a symmetric scene, a flat alone in reach, a hardly sloping top."""
         hardly = 0.0 < abs(slope_at(self.place.touch)) <= STEEP
         return hardly or self.mirror_symmetric or all(isinstance(o, Flat) for o in self.body.obstacles)
 
     @property
     def falls(self) -> bool:
-        """Whether the cell begins in the air and its fall is computed."""
+        """True if the cell begins in the air and its fall is computed."""
         return self.scene.cell.inertia and (self.scene.cell.gap_um > 0 or not self.place.touch)
 
     def refuse_without_equilibrium(self) -> None:
@@ -270,7 +270,7 @@ class Setup:
             raise SolveError(Cause.SLIDES.reason(told=told))
 
     def layout(self) -> Layout:
-        """What the observables need to know of the geometry."""
+        """The geometry as the observables need it."""
         scene, apart = self.scene, {name for name, _ in self.interfaces}
         regions: dict[str, Ring] = {"nucleus": Ring(0.0, scene.nucleus_radius_um), "cell": Ring(0.0, scene.radius_um)}
         regions |= {name: Ring(scene.inner_radius_um(name), scene.outer_radius_um(name)) for name in INSIDE_OUT}
@@ -302,7 +302,7 @@ class Setup:
         return min(SMALL * load * radius**2 / soft, 1e-2 * radius)
 
     def _fall_um(self) -> float:
-        """How far the cell falls by the end, or to first touch if that is less [µm]; > 0."""
+        """Way that the cell falls by the end, or to first touch if that is less [µm]; > 0."""
         scene, t = self.scene, np.linspace(0.0, self.scene.time.end_s, 201)
         g = self.force_density / (scene.cell.density_kg_m3 * KG_M3)
         speed = np.cumsum([self.body.amplitude(moment) for moment in t]) * t[1] * g
@@ -310,9 +310,9 @@ class Setup:
         gap = scene.cell.gap_um if self.place.touch and scene.cell.gap_um > 0 else math.inf
         return min(way, gap) or scene.radius_um
 
-    def create_run(self, log: Callable[[str], None]) -> Run:
+    def create_run(self, log: Callable[[str], None]) -> Simulation:
         """The run, its zero modes removed where the scene has any."""
         modes = None
         if not self.half and not self.scene.cell.inertia:
             modes = rigid_modes(self.body, self.centre, sideways=self.free_sideways)
-        return Run(self.body, self.schedule(), self.force_scale, self.out_of_reach, modes, not self.falls, log)
+        return Simulation(self.body, self.schedule(), self.force_scale, self.out_of_reach, modes, not self.falls, log)

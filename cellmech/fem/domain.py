@@ -160,7 +160,7 @@ def jacobian_coefficients(points: np.ndarray) -> np.ndarray:
 
 
 def mesh_quality(mesh: Any) -> dict[str, float]:
-    """How good a mesh is (collective).
+    """Quality of a mesh (collective).
 
     Shape quality is twice the inscribed over the circumscribed radius of the corner triangle, 1 at best; aspect ratio
     its longest edge over its least height, 1.15 at best. Both are poor by design in structured thin layers. The scaled
@@ -228,7 +228,7 @@ def _groups(model: Any, dim: int) -> dict[str, int]:
 
 
 def _from_root(comm: MPI.Comm, make: Callable[[], T], send: bool = True) -> T:
-    """What rank 0 makes, or its error, on every rank; with send = False the others get None."""
+    """Rank 0's result of `make`, or its error, on every rank; with send = False the others get None."""
     made: Any = None
     error: Exception | None = None
     if comm.rank == 0:

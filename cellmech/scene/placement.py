@@ -1,4 +1,4 @@
-"""Where the cell starts: lowered vertically until it first touches, then lifted by the gap.
+"""The start of the cell: lowered vertically until it first touches, then lifted by the gap.
 
 A cell that nothing but contact holds, and that touches on a slope beside a second obstacle, slides a little down to
 where it touches both: there it starts, since its equilibrium is near there and not where it was put.
@@ -95,7 +95,7 @@ def standing(half: bool, pillars: tuple[Pillar, ...]) -> tuple[Standing, ...]:
 
 
 def placement(scene: Inputs) -> Placement:
-    """Where the scene's cell starts, `gap_um` of vertical travel above its first touch.
+    """The start of the scene's cell, `gap_um` of vertical travel above its first touch.
 
     The touch points lie on the substrate. Of a half cell's symmetric pairs only the one at x >= 0 is given. With
     nothing below the cell's width, its lowest point starts at y = gap_um and `touch` is empty.
@@ -112,7 +112,7 @@ def placement(scene: Inputs) -> Placement:
 
 
 def rest_beside(scene: Inputs) -> float | None:
-    """How far along x from where it was put a cell that touches on a slope would rest [µm]; None if not near by."""
+    """Way along x to where a cell that touches on a slope would rest [µm]; None if that is not near by."""
     return _slide(scene, 2 * scene.radius_um)
 
 

@@ -26,7 +26,7 @@ from petsc4py import PETSc
 from cellmech.fem.domain import Domain
 from cellmech.fem.jit import cellwise_space, compile_form
 from cellmech.mechanics.kinematics import Kinematics, green_lagrange
-from cellmech.mechanics.materials import Mixture
+from cellmech.mechanics.materials import MaterialField
 
 
 class ElementPressure:
@@ -34,7 +34,7 @@ class ElementPressure:
 
     Args:
         domain: mesh and groups.
-        mixtures: materials; p is 0 where they are not mixed.
+        materials: of the body; p is 0 where they are not mixed.
         space: of p, discontinuous.
         u: displacement [µm], made of the unknown.
         unknown: what Newton's method looks for [µm].
@@ -45,7 +45,7 @@ class ElementPressure:
     def __init__(
         self,
         domain: Domain,
-        mixtures: Sequence[Mixture],
+        materials: Sequence[MaterialField],
         space: fem.FunctionSpace,
         u: Any,
         unknown: fem.Function,
@@ -56,7 +56,7 @@ class ElementPressure:
         self._comm, q, r = domain.mesh.comm, ufl.TestFunction(space), ufl.TrialFunction(space)
         E, none = green_lagrange(u, kinematics), fem.Constant(domain.mesh, 0.0)
         dilatation, compliance = none * q * domain.dx(degree), none * q * r * domain.dx(degree)  # in every cell
-        for m in mixtures:
+        for m in materials:
             if m.mixed:
                 dx = domain.dx(degree, m.names)
                 dilatation += m.solid_fraction * m.volumetric(E) * q * dx
@@ -69,14 +69,14 @@ class ElementPressure:
         du = ufl.TrialFunction(unknown.function_space)
         self._gradient = compile_form(ufl.derivative(dilatation, unknown, du), self._comm)
         self.B = petsc.create_matrix(self._gradient)
-        self.scale = self._scale(domain, mixtures, degree)
+        self.scale = self._scale(domain, materials, degree)
 
-    def _scale(self, domain: Domain, mixtures: Sequence[Mixture], degree: int) -> np.ndarray:
+    def _scale(self, domain: Domain, materials: Sequence[MaterialField], degree: int) -> np.ndarray:
         """mu/h [Pa/µm] of each own unknown: brings the gap [µm^2] to what it means in force [Pa µm]."""
         constant = cellwise_space(domain.mesh)
         one, none = ufl.TestFunction(constant), fem.Constant(domain.mesh, 0.0)
         stiffness = none * one * domain.dx(degree)
-        for m in mixtures:
+        for m in materials:
             if m.mixed:
                 stiffness += m.constants["mu"] * one * domain.dx(degree, m.names)
         forms = (compile_form(form, self._comm) for form in (stiffness, one * domain.dx(degree)))

@@ -45,7 +45,7 @@ from cellmech.fem.jit import PointValues
 from cellmech.mechanics.balance import Body
 from cellmech.mechanics.invariants import Invariants
 from cellmech.mechanics.kinematics import PLANE_STRAIN, deformation_gradient, green_lagrange
-from cellmech.mechanics.materials import Mixture
+from cellmech.mechanics.materials import MaterialField
 from cellmech.solver.det_f import node_points, quadrature
 from cellmech.solver.waves import Waves, least_over_directions
 
@@ -80,7 +80,7 @@ class Stability:
 
     @property
     def lost(self) -> bool:
-        """Whether ellipticity is lost at some point."""
+        """True if ellipticity is lost at some point."""
         return self.margin is not None and self.margin < 0
 
     def __str__(self) -> str:
@@ -111,12 +111,12 @@ class Ellipticity:
         tags, numbers = body.domain.cell_tags, body.domain.cells
         self._layers = {number: whole(name) for name, number in numbers.items()}
         self._parts = []
-        for mixture in body.mixtures:
-            mine = np.isin(tags.values, [numbers[name] for name in mixture.names]) & (tags.indices < len(owned))
+        for material in body.materials:
+            mine = np.isin(tags.values, [numbers[name] for name in material.names]) & (tags.indices < len(owned))
             cells, groups = tags.indices[mine], tags.values[mine]
-            share = fem.Constant(mesh, 1.0) * mixture.solid_fraction
+            share = fem.Constant(mesh, 1.0) * material.solid_fraction
             solid = PointValues(share, points, mesh.comm)(cells).ravel() > 0
-            values = PointValues(moduli(u, mixture), points, mesh.comm)
+            values = PointValues(moduli(u, material), points, mesh.comm)
             self._parts.append((cells, values, solid, place(cells).reshape(-1, 2), np.repeat(groups, len(points))))
 
     def find(self) -> Stability:
@@ -196,7 +196,7 @@ def yeoh_bounds(beta_over_mu: float) -> tuple[float | None, float | None]:
     return below, beyond
 
 
-def moduli(u: fem.Function, mixture: Mixture) -> Any:
+def moduli(u: fem.Function, material: MaterialField) -> Any:
     """F, S and dS/dE of the solid, the last two over mu of the point [-], as a UFL vector of length 4 + 3 + 6.
 
     F is (F11, F12, F21, F22). W is taken as a function of E11, E12, E22: S is then (S11, 2 S12, S22), and dS/dE the
@@ -205,8 +205,8 @@ def moduli(u: fem.Function, mixture: Mixture) -> Any:
     E = green_lagrange(u, PLANE_STRAIN)
     e = [ufl.variable(E[0, 0]), ufl.variable(E[0, 1]), ufl.variable(E[1, 1])]
     plane = ufl.as_matrix([[e[0], e[1], 0.0], [e[1], e[2], 0.0], [0.0, 0.0, 0.0]])
-    W = mixture.law(Invariants(plane), **mixture.constants)
+    W = material.law(Invariants(plane), **material.constants)
     S = [ufl.diff(W, e[k]) for k in range(3)]
     C = [ufl.diff(S[k], e[m]) for k in range(3) for m in range(k, 3)]
-    F, mu = deformation_gradient(u, PLANE_STRAIN), mixture.constants["mu"]
+    F, mu = deformation_gradient(u, PLANE_STRAIN), material.constants["mu"]
     return ufl.as_vector([F[0, 0], F[0, 1], F[1, 0], F[1, 1], *(value / mu for value in (*S, *C))])
