@@ -25,7 +25,7 @@ from mpi4py import MPI
 
 from cellmech.cell.observables import Observer
 from cellmech.cell.setup import Setup
-from cellmech.fem.coefficients import mixtures
+from cellmech.fem.coefficients import material_fields
 from cellmech.fem.domain import Domain
 from cellmech.fem.jit import displacement_space, pressure_space
 from cellmech.mechanics.balance import Body
@@ -58,7 +58,7 @@ def cell(nu: float, size: float, form: str) -> dict[str, float]:
     cpu_s = time.process_time() - started
     run.close()
     if form == "P2":  # reports the stress of its displacement, as the program does where it is alone
-        run.body = dataclasses.replace(run.body, mixtures=set_up(nu, size, "none").body.mixtures)
+        run.body = dataclasses.replace(run.body, materials=set_up(nu, size, "none").body.materials)
     result = Observer(run, setup.layout()).observe(run.t)
     numbers = {"depth_um": result["contact"]["max_depth_um"]}
     for region in ("nucleus", "lamina"):
@@ -86,7 +86,7 @@ def cook(n: int, form: str) -> dict[str, float]:
     held = fem.locate_dofs_topological(space, 1, domain.facet_tags.find(domain.facets["left"]))
     body = Body(
         domain,
-        mixtures(domain, {"solid": Material(neo_hookean, constants, mixed=True)}),
+        material_fields(domain, {"solid": Material(neo_hookean, constants, mixed=True)}),
         space,
         (fem.dirichletbc(fem.Function(space), held),),
         tractions={"right": (0.0, COOK_SHEAR)},

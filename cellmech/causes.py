@@ -106,5 +106,5 @@ class Reason:
         return self.text
 
     def as_record(self) -> dict[str, str]:
-        """What result.json says of a case that failed for it."""
+        """The part of result.json that tells of a failure for this reason."""
         return {"status": "failed", "reason": self.text, "cause": self.cause.value}

@@ -1,4 +1,4 @@
-"""What is printed: standard output and error, and whether a person looks at them. Nothing of ours is imported."""
+"""Standard output and error, and whether a person looks at them. Nothing of ours is imported."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def bear_any_text() -> None:
 
 
 def on_terminal() -> bool:
-    """Whether a terminal shows our standard output; mpirun gives its ranks one of their own wherever it prints."""
+    """True if a terminal shows our standard output; mpirun gives its ranks one of their own wherever it prints."""
     if sys.stdout is None or sys.stdout.closed or not sys.stdout.isatty() or os.environ.get("TERM") == "dumb":
         return False
     if not any(name in os.environ for name in ("OMPI_COMM_WORLD_RANK", "PMIX_RANK")):

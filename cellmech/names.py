@@ -18,7 +18,7 @@ def plain(name: str) -> str:
 
 
 def folded(name: str) -> str:
-    """What two names have in common that differ by upper and lower case or the coding of accents only."""
+    """The form shared by names that differ by upper and lower case or the coding of accents only."""
     return plain(unicodedata.normalize("NFD", name).casefold())
 
 

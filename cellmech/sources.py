@@ -76,7 +76,7 @@ def _imports(text: str, package: str) -> Iterator[str]:
 
 
 def cache_directory() -> Path:
-    """Where compiled forms are kept: $XDG_CACHE_HOME/cellmech, or ~/.cache/cellmech.
+    """The folder of compiled forms: $XDG_CACHE_HOME/cellmech, or ~/.cache/cellmech.
 
     Raises:
         OSError: nothing says where.

@@ -1,4 +1,4 @@
-"""What surrounds the process, and must not change what it computes: streams, launchers, variables of other programs.
+"""Surroundings of the process that must not change what it computes: streams, launchers, others' variables.
 
 Nothing heavy is imported here: it has to run before MPI, PETSc and DOLFINx look around for themselves.
 """
@@ -64,7 +64,7 @@ def _set(variables: Mapping[str, str | None]) -> None:
 
 
 def launched() -> bool:
-    """Whether an MPI launcher has started this process, perhaps beside others; one that nobody has is alone."""
+    """True if an MPI launcher has started this process, perhaps beside others; one that nobody has is alone."""
     return any(name in os.environ for name in RANK)
 
 
@@ -79,7 +79,7 @@ def _number(name: str) -> int:
 
 
 def _by_srun() -> bool:
-    """Whether srun itself has started this process, not somebody in a shell that srun has."""
+    """True if srun itself has started this process, not somebody in a shell that srun has."""
     if not any(name in os.environ for name in STEP):
         return False
     if _number("SLURM_PROCID") > 0:
@@ -112,7 +112,7 @@ def start_mpi() -> Any:
 
 
 def _lone() -> dict[str, str | None]:
-    """What to change for MPI while it starts in a process that is alone: what it knows of others is wrong there."""
+    """Variables to change while MPI starts in a process that is alone: what they tell of others is wrong there."""
     theirs = [name for name in os.environ if name.startswith(OF_OTHERS)]
     place = tempfile.gettempdir()  # one that can be written to, as TMPDIR's may not
     temporary = {"TMPDIR": place} if os.access(place, os.W_OK) else {}

@@ -5,7 +5,7 @@ import ufl
 from dolfinx import fem
 from problems import displacement_space, moduli, prescribe
 
-from cellmech.fem.coefficients import mixtures
+from cellmech.fem.coefficients import material_fields
 from cellmech.mechanics.balance import Body
 from cellmech.solver import bdf
 from cellmech.solver.newton import Solver
@@ -61,7 +61,7 @@ def body_with(domain, material, P, free=(), order=2, **more):
     held = tuple(side for side in domain.facets if side not in free)
     return Body(
         domain,
-        mixtures(domain, {"solid": material}),
+        material_fields(domain, {"solid": material}),
         space,
         (prescribe(space, domain, held, boundary),),
         body_force=-ufl.div(P),

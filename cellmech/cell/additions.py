@@ -1,4 +1,4 @@
-"""What a scene file cannot say: laws, obstacles and observables of one's own."""
+"""Additions to a scene file: laws, obstacles and observables of one's own."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ WHERE = "Additions"
 
 @dataclass(frozen=True)
 class Additions:
-    """What is solved besides a scene, or instead of parts of it.
+    """Parts of a problem besides a scene, or instead of parts of it.
 
     Args:
         materials: of layers, instead of the scene's; their law may be any function of `(Invariants, **constants)`.

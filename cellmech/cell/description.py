@@ -1,4 +1,4 @@
-"""What a case models and what it leaves out, in words, with the reasons."""
+"""A case in words: what it models and what it leaves out, with the reasons."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from cellmech.scene.inputs import MIXED_ABOVE
 from cellmech.scene.parts import LAYER_NAMES, Mesh
 from cellmech.scene.scene import AT_REST, Scene
 from cellmech.solver.ellipticity import yeoh_bounds
-from cellmech.solver.simulation import Run
+from cellmech.solver.simulation import Simulation
 
 COARSE = 1.5  # mesh.size_um over the usual one from which a mesh is called coarse
 NO_INERTIA = 1e-9  # of the weight: rho a below it is below the Newton tolerance
@@ -21,7 +21,7 @@ NO_INERTIA = 1e-9  # of the weight: rho a below it is below the Newton tolerance
 
 @dataclass(frozen=True)
 class Model:
-    """What is in the equations and what is not, each with the reason; hints say what could be left out too."""
+    """Parts of the equations and parts left out, each with the reason; hints say what could be left out too."""
 
     modelled: Mapping[str, str]
     left_out: Mapping[str, str]
@@ -42,7 +42,7 @@ class Model:
         return {name: dict(part) for name, part in parts.items()}
 
 
-def describe_model(setup: Setup, run: Run | None = None, found: Mapping[str, str] | None = None) -> Model:
+def describe_model(setup: Setup, run: Simulation | None = None, found: Mapping[str, str] | None = None) -> Model:
     """Say what a case models and what it leaves out, as of now (obstacles may come into reach during a run).
 
     Args:
@@ -140,7 +140,7 @@ def _locking_warning(scene: Scene) -> dict[str, str]:
 
 
 def _hints(setup: Setup) -> dict[str, str]:
-    """What the scene asks for though it does nothing to the numbers, or to those of the end state."""
+    """Settings of the scene that do nothing to the numbers, or to those of the end state."""
     scene, cell, hints = setup.scene, setup.scene.cell, {}
     symmetric = not setup.turns or setup.mirror_symmetric
     if setup.turns and symmetric and scene.cell.geometry == "plane":

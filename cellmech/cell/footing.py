@@ -1,4 +1,4 @@
-"""How wide the cell's contact with each obstacle will be, before anything is solved, and what mesh that asks for.
+"""Width of the cell's contact with each obstacle, before anything is solved, and the mesh that it asks for.
 
 A frictionless contact of the half-plane with a profile whose gap grows like g(t) beside the first touch bears
 P(a) = E* ∫_0^a t g'(t) / sqrt(a^2 - t^2) dt at the half-width a (Hertz: g = t^2/2R gives P = pi E* a^2/4R). One of the
@@ -35,7 +35,7 @@ FINENESS = (0.5, 10.0)  # least and most of a footprint
 
 
 class Profile(NamedTuple):
-    """How the gap between cell and obstacle opens on one side of their first touch.
+    """The gap between cell and obstacle on one side of their first touch.
 
     Args:
         cell, obstacle: the two shapes; no obstacle is the flat.
@@ -67,7 +67,7 @@ class Profile(NamedTuple):
 
 @dataclass(frozen=True)
 class Foot:
-    """Where a contact will end, seen from its first touch.
+    """The end of a contact, seen from its first touch.
 
     Args:
         at: the first touch on the cell's outline, from the cell's centre [µm].
@@ -197,7 +197,7 @@ def _scale(profile: Profile, a: float) -> float:
 
 
 def _settles(load: float, modulus: float, radius: float) -> float:
-    """How far a cell sinks at most, roughly [µm]: a disc on a half-plane's contact a thousandth of it wide.
+    """Depth to which a cell sinks at most, roughly [µm]: a disc on a half-plane's contact a thousandth of it wide.
 
     Source: Johnson, Contact Mechanics (1985), 5.6: 2 P/(pi E*) (ln(4 R/a) - 1/2).
     """

@@ -1,4 +1,4 @@
-"""Which layers a mesh keeps apart, and the rings that follow smeared ones (eqs 1-5)."""
+"""Layers that a mesh keeps apart, and the rings that follow smeared ones (eqs 1-5)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ASIDE = {"inside": -1.0, "outside": 1.0}  # half-widths from an interface to its
 
 @dataclass(frozen=True)
 class MeshPlan:
-    """How a case is meshed.
+    """The plan of a mesh.
 
     Args:
         merged: pairs of layers that are meshed as one (`mesh_plan`).
@@ -43,7 +43,7 @@ class MeshPlan:
 
 
 def fade_of(scene: Scene, name: LayerName) -> tuple[float, float]:
-    """Where a layer's fade into the next one outside has its middle, and its half-width along the radius [µm].
+    """Middle of a layer's fade into the next one outside, and its half-width along the radius [µm].
 
     In squared distance (eqs 1-5 as printed) widths are `smear_um` at the nucleus's rim and narrower farther out.
     """

@@ -1,4 +1,4 @@
-"""What is reported of a state: maxima, means and shares per region, shape, contact, energies.
+"""Reported numbers of a state: maxima, means and shares per region, shape, contact, energies.
 
 Stress and strain are evaluated at fixed points of each element, its nodes or a finer lattice, from that element's own
 gradient and material; the largest value counts and neighbours are never averaged. Means are over the reference area, or
@@ -38,7 +38,7 @@ from cellmech.mechanics.kinematics import Axisymmetric, Kinematics
 from cellmech.mechanics.obstacles import Obstacle
 from cellmech.scene.substrate import Upright
 from cellmech.solver.det_f import order_of, quadrature
-from cellmech.solver.simulation import Run
+from cellmech.solver.simulation import Simulation
 
 QUANTITIES = {"sigma_mises": "_Pa", "J1": "", "J2": "", "J3": "", "pressure": "_Pa"}  # and their units
 STRAINS = ("J1", "J2", "J3")
@@ -97,7 +97,7 @@ class Observer:
         layout: where its regions are.
     """
 
-    def __init__(self, run: Run, layout: Layout) -> None:
+    def __init__(self, run: Simulation, layout: Layout) -> None:
         self.run, self.layout = run, layout
         body = run.body
         self.kinematics = body.kinematics
@@ -139,7 +139,7 @@ class Observer:
         return Region(self._fine, self.gradient, index, index, true / covered)
 
     def _on_the_side_of(self, ring: Ring) -> np.ndarray:
-        """Whether points' elements lie on the ring's side of the nucleus outline, which is always an interface.
+        """For each point, True if its element lies on the ring's side of the nucleus outline, always an interface.
 
         A point on the outline belongs to elements of both sides, whose materials may differ.
         """

@@ -13,8 +13,8 @@ import ufl
 from cellmech.fem.jit import PointValues
 from cellmech.mechanics.invariants import reported_strains
 from cellmech.mechanics.kinematics import deformation_gradient, green_lagrange
-from cellmech.mechanics.materials import Mixture
-from cellmech.solver.simulation import Run
+from cellmech.mechanics.materials import MaterialField
+from cellmech.solver.simulation import Simulation
 from cellmech.solver.state import State
 
 PRESSURE, DET_F = 4, 5  # columns after sigma_Mises and the strains
@@ -33,29 +33,29 @@ def state_quantities(state: State, mixture: Mixture) -> Any:
     """
     k = state.kinematics
     F, E = deformation_gradient(state.u, k), green_lagrange(state.u, k)
-    S = mixture.solid(E, state.p)[1]
-    if mixture.rate_dependent:
-        S = S + mixture.fluid(F, state.strain_rate())
+    S = material.solid(E, state.p)[1]
+    if material.rate_dependent:
+        S = S + material.fluid(F, state.strain_rate())
     sigma = F * S * F.T / ufl.det(F)
     deviator = ufl.dev(sigma)
     mises = ufl.sqrt(1.5 * ufl.inner(deviator, deviator))
-    return ufl.as_vector([mises, *reported_strains(mixture.strain(E, state.p, k)), -ufl.tr(sigma) / 3, ufl.det(F)])
+    return ufl.as_vector([mises, *reported_strains(material.strain(E, state.p, k)), -ufl.tr(sigma) / 3, ufl.det(F)])
 
 
 class Samples:
     """Quantities at fixed points of some cells: the first `n_max` points count for maxima, `weights` for means."""
 
-    def __init__(self, run: Run, cells: np.ndarray, points: np.ndarray, weights: np.ndarray, n_max: int) -> None:
+    def __init__(self, run: Simulation, cells: np.ndarray, points: np.ndarray, weights: np.ndarray, n_max: int) -> None:
         mesh, body = run.body.domain.mesh, run.body
         self.cells, self.n_max, self.comm = cells, n_max, mesh.comm
         tags = np.zeros(int(np.max(cells, initial=-1)) + 1, dtype=np.int32)
         inside = body.domain.cell_tags.indices < len(tags)
         tags[body.domain.cell_tags.indices[inside]] = body.domain.cell_tags.values[inside]
         self._parts, state = [], run.state.parts()
-        for mixture in body.mixtures:
-            numbers = [body.domain.cells[name] for name in mixture.names]
+        for material in body.materials:
+            numbers = [body.domain.cells[name] for name in material.names]
             rows = np.flatnonzero(np.isin(tags[cells], numbers))
-            self._parts.append((rows, PointValues(state_quantities(state, mixture), points, mesh.comm)))
+            self._parts.append((rows, PointValues(state_quantities(state, material), points, mesh.comm)))
         place = ufl.as_vector([*ufl.SpatialCoordinate(mesh), ufl.JacobianDeterminant(mesh)])
         placed = PointValues(place, points, mesh.comm)(cells)
         self.position = placed[..., :-1]
@@ -86,7 +86,7 @@ class PressureGradient:
         order: of the displacement.
     """
 
-    def __init__(self, run: Run, samples: Samples, points: np.ndarray, order: int) -> None:
+    def __init__(self, run: Simulation, samples: Samples, points: np.ndarray, order: int) -> None:
         self._samples = samples
         self._position = PointValues(ufl.SpatialCoordinate(run.body.domain.mesh) + run.state.u, points, samples.comm)
         reported = points[: samples.n_max]

@@ -153,7 +153,7 @@ class Setup:
         self.body, self.out_of_reach = self._body()
 
     def _contact(self) -> Contact:
-        """How obstacles push, whether there are any or not."""
+        """The law of the contact, whether there are obstacles or not."""
         settings = self.scene.contact
         width = settings.smoothing_um if settings.form == "surface" else settings.volume_width_um
         return Contact(settings.form, settings.penalty_Pa_per_um, width)
@@ -186,7 +186,7 @@ class Setup:
         contact = self.contact if self.obstacles else None
         body = Body(
             domain=domain,
-            mixtures=mixtures(domain, layers if smeared else groups, blend),
+            materials=material_fields(domain, layers if smeared else groups, blend),
             space=space,
             bcs=self.symmetry(space),
             body_force=tuple(-self.force_density if k == 1 else 0.0 for k in range(self.kinematics.components)),
@@ -246,7 +246,7 @@ class Setup:
 
     @property
     def falls(self) -> bool:
-        """Whether the cell begins in the air and its fall is computed."""
+        """True if the cell begins in the air and its fall is computed."""
         return self.scene.cell.inertia and (self.scene.cell.gap_um > 0 or not self.place.touch)
 
     def refuse_without_equilibrium(self) -> None:
@@ -265,7 +265,7 @@ class Setup:
             raise SolveError(Cause.SLIDES.reason(told=told))
 
     def layout(self) -> Layout:
-        """What the observables need to know of the geometry."""
+        """The geometry as the observables need it."""
         scene, apart = self.scene, {name for name, _ in self.interfaces}
         regions: dict[str, Ring] = {"nucleus": Ring(0.0, scene.nucleus_radius_um), "cell": Ring(0.0, scene.radius_um)}
         regions |= {name: Ring(scene.inner_radius_um(name), scene.outer_radius_um(name)) for name in INSIDE_OUT}
@@ -306,7 +306,7 @@ class Setup:
         return min(SMALL * load * radius**2 / soft, 1e-2 * radius)
 
     def _fall_um(self) -> float:
-        """How far the cell falls by the end, or to first touch if that is less [µm]; > 0."""
+        """Way that the cell falls by the end, or to first touch if that is less [µm]; > 0."""
         scene, t = self.scene, np.linspace(0.0, self.scene.time.end_s, 201)
         g = self.force_density / (scene.cell.density_kg_m3 * KG_M3)
         speed = np.cumsum([self.body.amplitude(moment) for moment in t]) * t[1] * g
@@ -314,9 +314,9 @@ class Setup:
         gap = scene.cell.gap_um if self.place.touch and scene.cell.gap_um > 0 else math.inf
         return min(way, gap) or scene.radius_um
 
-    def create_run(self, log: Callable[[str], None]) -> Run:
+    def create_run(self, log: Callable[[str], None]) -> Simulation:
         """The run, its zero modes removed where the scene has any."""
         modes = None
         if self.turns and not self.scene.cell.inertia:
             modes = rigid_modes(self.body, self.centre, sideways=self.free_sideways)
-        return Run(self.body, self.schedule(), self.force_scale, self.out_of_reach, modes, not self.falls, log)
+        return Simulation(self.body, self.schedule(), self.force_scale, self.out_of_reach, modes, not self.falls, log)

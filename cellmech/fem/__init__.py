@@ -1,4 +1,4 @@
-"""What the equations need of DOLFINx: the door to its versions, compilation, domains, outlines, coefficients.
+"""DOLFINx as the equations need it: the door to its versions, compilation, domains, outlines, coefficients.
 
 It may import: mechanics, mesh.
 """
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from cellmech.doors import door
 
 if TYPE_CHECKING:  # what type checkers see of the names below
-    from cellmech.fem.coefficients import mixtures
+    from cellmech.fem.coefficients import material_fields
     from cellmech.fem.domain import Domain, build_domain
     from cellmech.fem.jit import PointValues
     from cellmech.fem.outline import Outline
@@ -23,7 +23,7 @@ _HOMES = {
     "Outline": "outline",
     "PointValues": "jit",
     "build_domain": "domain",
-    "mixtures": "coefficients",
+    "material_fields": "coefficients",
     "release": "shared_memory",
 }
 __all__ = list(_HOMES)

@@ -1,4 +1,4 @@
-"""Which material is where: constants per named group of cells, or blended smoothly (eqs 1-13)."""
+"""Materials over the mesh: constants per named group of cells, or blended smoothly (eqs 1-13)."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from dolfinx import fem
 
 from cellmech.fem.domain import Domain
 from cellmech.fem.jit import cellwise_space
-from cellmech.mechanics.materials import Material, Mixture
+from cellmech.mechanics.materials import Material, MaterialField
 from cellmech.mechanics.stress import measure_of
 
 
-def mixtures(
+def material_fields(
     domain: Domain, materials: Mapping[str, Material], blend: Mapping[str, ufl.core.expr.Expr] | None = None
-) -> tuple[Mixture, ...]:
+) -> tuple[MaterialField, ...]:
     """Group the materials by law and form.
 
     Args:
@@ -35,17 +35,21 @@ def mixtures(
         laws = {(m.law, m.mixed) for m in materials.values()}
         if len(laws) != 1:
             raise ValueError(f"blended layers need one law, all mixed or none, got {len(laws)}")
-        return (_mixture(domain, tuple(domain.cells), materials, blend),)
+        return (_material_field(domain, tuple(domain.cells), materials, blend),)
     missing = set(domain.cells) - set(materials)
     if missing:
         raise ValueError(f"no material for the groups {sorted(missing)}")
     by_law: dict[Any, list[str]] = {}
     for name in domain.cells:
         by_law.setdefault((materials[name].law, materials[name].mixed), []).append(name)
-    return tuple(_mixture(domain, tuple(names), {n: materials[n] for n in names}, None) for names in by_law.values())
+    return tuple(
+        _material_field(domain, tuple(names), {n: materials[n] for n in names}, None) for names in by_law.values()
+    )
 
 
-def _mixture(domain: Domain, names: tuple[str, ...], materials: Mapping[str, Material], blend: Any) -> Mixture:
+def _material_field(
+    domain: Domain, names: tuple[str, ...], materials: Mapping[str, Material], blend: Any
+) -> MaterialField:
     members = {name: material.numbers() for name, material in materials.items()}
     keys = next(iter(members.values()))
     apart = len(members) > 1 and blend is None
@@ -60,7 +64,7 @@ def _mixture(domain: Domain, names: tuple[str, ...], materials: Mapping[str, Mat
             coefficients[key] = fem.Constant(domain.mesh, float(next(iter(values.values()))))
         else:
             coefficients[key] = sum(fem.Constant(domain.mesh, float(values[n])) * blend[n] for n in values)
-    return Mixture(
+    return MaterialField(
         names=names,
         law=next(iter(materials.values())).law,
         solid_fraction=coefficients.pop("solid_fraction"),

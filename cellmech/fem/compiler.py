@@ -66,7 +66,7 @@ def _replace(variables: dict[str, str]) -> None:
 
 
 def fault(error: BaseException) -> str:
-    """What the compiler or the linker could not do, in one line that says what to do; "" for another error."""
+    """A line on what the compiler or the linker could not do and what to do about it; "" for another error."""
     met = FAULT.search(str(error))
     if met is None:
         return ""

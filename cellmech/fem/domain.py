@@ -148,7 +148,7 @@ def check_elements(mesh: Any) -> None:
 
 
 def mesh_quality(mesh: Any) -> dict[str, float]:
-    """How good a mesh is (collective).
+    """Quality of a mesh (collective).
 
     Shape quality and aspect ratio are those of `shape_measures`, both poor by design in structured thin layers. The
     scaled Jacobian is an element's lowest over its largest Jacobian (Bernstein bounds): 1 for straight edges.
@@ -196,7 +196,7 @@ def _groups(model: Any, dim: int, of_cells: int) -> dict[str, int]:
 
 
 def _from_root(comm: MPI.Comm, make: Callable[[], T], send: bool = True) -> T:
-    """What rank 0 makes, or its error, on every rank; with send = False the others get None."""
+    """Rank 0's result of `make`, or its error, on every rank; with send = False the others get None."""
     made: Any = None
     error: Exception | None = None
     if comm.rank == 0:

@@ -119,7 +119,7 @@ def _quiet() -> Iterator[None]:
 
 
 def _compiled(comm: MPI.Comm, make: Callable[[dict[str, Any]], T]) -> T:
-    """What `make` compiles with the options that it gets; once more if what is kept cannot be loaded. Collective.
+    """The result of `make`, called with options to compile with; again if what is kept cannot be loaded. Collective.
 
     Raises:
         CompilerError: on every rank, if there is no compiler that works.

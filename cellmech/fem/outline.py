@@ -144,7 +144,7 @@ class Outline:
 
 
 def _deepest_of_edges(x: np.ndarray, obstacles: list[Obstacle]) -> tuple[np.ndarray, np.ndarray]:
-    """Where each edge lies deepest in the obstacles, and its depth there [µm]; shape (n_edges,) each.
+    """Deepest place of each edge in the obstacles, and its depth [µm]; shape (n_edges,) each.
 
     About the deepest sample of an edge that comes near to the deepest of all it is looked for more closely: a contact
     may be narrower than the samples are apart.
@@ -212,5 +212,5 @@ def _shape(s: np.ndarray, n_nodes: int) -> np.ndarray:
 
 @lru_cache
 def _coefficients(n_nodes: int) -> np.ndarray:
-    """Of the Lagrange functions in the powers of s, shape (n_nodes, n_nodes): a power a row."""
+    """Coefficients of the Lagrange functions in the powers of s, shape (n_nodes, n_nodes): a power a row."""
     return np.linalg.inv(np.vander([0.0, 1.0, *INNER_NODES[n_nodes]], increasing=True))

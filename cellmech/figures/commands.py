@@ -31,7 +31,7 @@ def report_main(arguments: Sequence[str] | None = None) -> int:
 
 
 def compare_parser() -> argparse.ArgumentParser:
-    """What `compare` takes."""
+    """The arguments of `compare`."""
     parser = _parser("compare", "A study's numbers beside reference numbers: compare.md and compare.csv.")
     parser.add_argument("reference", type=path_there, metavar="REFERENCE.toml", help="the numbers to compare with")
     parser.add_argument("--out", type=path_there, metavar="DIR", help="where to write; default: STUDYDIR/figures")
@@ -39,7 +39,7 @@ def compare_parser() -> argparse.ArgumentParser:
 
 
 def report_parser() -> argparse.ArgumentParser:
-    """What `report` takes."""
+    """The arguments of `report`."""
     parser = _parser("report", "A study's results as one page: report.html.")
     parser.add_argument("--reference", type=path_there, metavar="FILE", help="TOML file of numbers to compare with")
     parser.add_argument("--out", type=path_there, metavar="DIR", help="where to write; default: STUDYDIR")

@@ -43,7 +43,7 @@ class Pair:
 
     @property
     def outside(self) -> bool | None:
-        """Whether theirs lies outside our error bar, its own uncertainty granted; None where ours was not measured."""
+        """True if theirs lies outside our error bar, its own uncertainty granted; None where ours was not measured."""
         gap = abs(self.ours - self.theirs)
         granted = 0.0 if math.isnan(self.uncertainty) else self.uncertainty
         return None if math.isnan(gap) or math.isnan(self.error) else gap > self.error + granted
@@ -61,24 +61,24 @@ class Pair:
 
     @property
     def sign(self) -> str:
-        """Of ours - theirs."""
+        """The sign of ours - theirs."""
         difference = self.ours - self.theirs
         return NONE if math.isnan(difference) else "+" if difference > 0 else "−" if difference < 0 else "0"
 
     @property
     def tone(self) -> str:
-        """How far ours is off, of the differences from rest."""
+        """The distance of ours from theirs, by the differences from rest, one of `TONES`."""
         return tone_of(self.ratio_from_rest)
 
     def judgement(self) -> dict[str, Any]:
-        """What the two numbers say of each other, for machines."""
+        """The two numbers and their ratios, for machines."""
         ratios = {"ratio": self.ratio, "ratio_from_rest": self.ratio_from_rest}
         sign = {"sign": self.sign.replace("−", "-").replace(NONE, ""), "how_far": self.tone}
         return {"rest": self.rest, "ours": self.ours, "error": self.error} | ratios | sign
 
 
 def how_far(pairs: Sequence[Pair], lost: int, what: str) -> str:
-    """How many numbers are how far off, in a sentence.
+    """A sentence that counts the numbers by their distance.
 
     Args:
         pairs: the numbers.
@@ -151,7 +151,7 @@ class Comparison:
     compared: Sequence[Compared] = field(default_factory=tuple)
 
     def reading(self) -> list[str]:
-        """What the table says."""
+        """The table in a few sentences."""
         lost = sum(bool(one.lack) for one in self.compared)
         typical = f"Typical (median) ours/theirs, of q − q0: × {significant(median_ratio(self.compared), 2)}."
         numbers = "reference numbers"

@@ -18,7 +18,7 @@ Place = tuple[int, int]  # row, column
 
 @dataclass(frozen=True)
 class Extreme:
-    """Where the paper prints its largest or smallest value, and the value, None where it prints none of its own."""
+    """The place of the paper's largest or smallest value, and the value, None where it prints none of its own."""
 
     place: Place
     value: float | None
@@ -72,7 +72,7 @@ class Grid:
         return f"failed at\n{case.get('t_s'):,.0f} s" if case.failure else "no value"
 
     def printed_extreme(self, kind: str, quantity: Quantity) -> Extreme | None:
-        """Where the paper has its extreme of a quantity; None where it names no place, or one that is not swept.
+        """The place of the paper's extreme of a quantity; None where it names no place, or one that is not swept.
 
         Args:
             kind: "max" or "min".
@@ -103,7 +103,7 @@ class Grid:
 
 
 def extremes(values: np.ndarray) -> dict[str, Place]:
-    """Where the smallest and the largest value stand, for a grid that holds any."""
+    """Places of the smallest and the largest value, for a grid that holds any."""
     if np.isnan(values).all():
         return {}
     found = {"max": np.nanargmax(values), "min": np.nanargmin(values)}

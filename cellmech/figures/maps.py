@@ -92,7 +92,7 @@ class MapPanel:
         axes.text(0.0, -0.165, self.words(), transform=axes.transAxes, va="top", fontsize=10.5, linespacing=1.5)
 
     def label(self) -> str:
-        """Of what the cells show."""
+        """Label of the quantity that the cells show."""
         q = self.quantity
         what = f"largest {q.symbol}" + (f" − {q.rest:g}" if q.rest else "")
         return f"{what}  [{self.unit()}]"
@@ -121,7 +121,7 @@ class MapPanel:
         return "\n".join(lines) or "no case was solved"
 
     def unit(self) -> str:
-        """Of the numbers in the cells."""
+        """Unit of the numbers in the cells."""
         power = f"10{str(self.power).translate(RAISED)}" if self.power else ""
         return f"{power} {self.quantity.unit}".strip() or "–"
 

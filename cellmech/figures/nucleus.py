@@ -1,4 +1,4 @@
-"""What Figure 7 says in words below each cell: how round the nucleus is, and how near the pillar has come."""
+"""Figure 7's words below each cell: roundness of the nucleus, and distance of the pillar."""
 
 from __future__ import annotations
 

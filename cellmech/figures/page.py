@@ -46,7 +46,7 @@ class Tile:
 
 @dataclass(frozen=True)
 class Runs:
-    """What some cases took."""
+    """The cost of some cases."""
 
     name: str
     cases: int
@@ -97,7 +97,7 @@ def report(study: StudyResult, comparison: Comparison | None = None) -> str:
 
 
 def environment(*folders: Path) -> Environment:
-    """What fills in the templates of these folders and of this one; its filter `pretty` is the function."""
+    """The templates of these folders and of this one, with `pretty` and `duration` as filters."""
     found = Environment(
         loader=FileSystemLoader([*folders, Path(__file__).parent]),
         autoescape=True,
@@ -146,7 +146,7 @@ def _varied(scenes: Iterable[Mapping[str, Any]]) -> list[str]:
 
 
 def runs_of(name: str, planned: int, cases: Iterable[Result]) -> Runs:
-    """What cases took; `planned`: how many there should be."""
+    """The cost of cases; `planned` is the number that there should be."""
     there = list(cases)
 
     def total(key: str) -> float:

@@ -51,7 +51,7 @@ class StudyResult:
         return lines
 
     def complaint(self, most: int = 10_000) -> str:
-        """What is missing or failed, in one line of at most so many characters; "" when all is there."""
+        """A line of at most so many characters on what is missing or failed; "" when all is there."""
         text = f"not complete: {'; '.join(self.faults())}" if self.faults() else ""
         return text if len(text) <= most else f"{text[: most - 1]}…"
 

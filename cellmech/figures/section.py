@@ -65,7 +65,7 @@ TONES = {  # from the best to the worst
 
 
 def tone_of(ratio: float) -> str:
-    """How far a ratio is from 1."""
+    """The distance of a ratio from 1, one of `TONES`."""
     if not math.isfinite(ratio):
         return "none"
     if ratio <= 0:

@@ -116,7 +116,7 @@ def draw_shapes(study: StudyResult, report: Report | None = None) -> Figure:
 
 
 def caption(name: str, varied: Mapping[str, object]) -> tuple[str, str]:
-    """What a case is called, and what else sets it apart."""
+    """The name of a case, and what else sets it apart."""
     law = LAWS.get(str(varied.get("cell.law", name)))
     rest = {key: value for key, value in varied.items() if key != "cell.law"}
     settings = ",  ".join(parameter(key).setting(value) for key, value in rest.items())
@@ -172,7 +172,7 @@ def _round_length(most: float) -> float:
 
 
 def _name(axes: Axes, captions: tuple[str, str], letter: str, pose: Pose | None) -> None:
-    """What the case is, and the state that is shown."""
+    """The case, and the state that is shown."""
     name, settings = captions
     text, colour = "no result: see below", FAULT_COLOUR
     if pose is not None and pose.case.failure:

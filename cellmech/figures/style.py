@@ -1,4 +1,4 @@
-"""What the figures share: the paper's colours, names and rest values, and how a figure is saved."""
+"""Colours, names and rest values that the figures share, and the saving of a figure."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ FAULT_COLOUR = "#a00000"
 
 @dataclass(frozen=True)
 class LawStyle:
-    """How a law is drawn: curves that coincide stay apart by width, dash and order (the thinnest on top)."""
+    """Drawing style of a law: curves that coincide stay apart by width, dash and order (the thinnest on top)."""
 
     label: str
     colour: str
@@ -161,7 +161,7 @@ def spread(wanted: Sequence[float], gap: float, most: float = 1.0) -> list[float
 
 
 def provenance(study: StudyResult) -> str:
-    """Where a figure's numbers come from, for its small print."""
+    """The origin of a figure's numbers, for its small print."""
     cases = list(study.cases.values())
 
     def version(of: str) -> str:

@@ -121,7 +121,7 @@ def ratios(ours: float, theirs: float | None, rest: float) -> list[Cell]:
 
 
 def _is_numeric(column: Sequence[str]) -> bool:
-    """Whether most of its cells are numbers."""
+    """True if most of its cells are numbers."""
     given = [cell for cell in column if cell != NONE]
     return 2 * sum(cell.lstrip("−-")[:1].isdigit() for cell in given) > len(given)
 

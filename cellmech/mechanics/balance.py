@@ -10,7 +10,7 @@ import ufl
 
 from cellmech.mechanics.contact import Contact
 from cellmech.mechanics.kinematics import PLANE_STRAIN, Kinematics, deformation_gradient, green_lagrange
-from cellmech.mechanics.materials import Mixture
+from cellmech.mechanics.materials import MaterialField
 from cellmech.mechanics.obstacles import Obstacle
 
 BULK_DEGREE = 4  # quadrature degree of the bulk terms
@@ -18,7 +18,7 @@ CONTACT_DEGREE = 9  # of the contact terms, whose integrand has a kink inside an
 
 
 class Motion(Protocol):
-    """What the terms of eq. 32 need of a body's state."""
+    """A body's state, as the terms of eq. 32 need it."""
 
     u: Any
     now: Any
@@ -43,7 +43,7 @@ class Body:
 
     Args:
         domain: `mesh`, and the measures `dx`, `ds` and the `constant` of forms on it (`cellmech.fem.domain.Domain`).
-        mixtures: materials (`cellmech.fem.coefficients.mixtures`).
+        materials: of the cells (`cellmech.fem.coefficients.material_fields`).
         bcs: homogeneous or fixed Dirichlet conditions on the displacement, built on `space`.
         body_force: dead force per reference volume at full load [Pa/µm], shape (2,), numbers or a UFL vector field.
         tractions: dead traction per reference area at full load [Pa] by name of the facet group, each as `body_force`.
@@ -57,7 +57,7 @@ class Body:
     """
 
     domain: Any
-    mixtures: tuple[Mixture, ...]
+    materials: tuple[MaterialField, ...]
     space: Any
     bcs: tuple[Any, ...] = ()
     body_force: Any = (0.0, 0.0)
@@ -73,8 +73,8 @@ class Body:
 
     @property
     def rate_dependent(self) -> bool:
-        """Whether any stress depends on rate, or inertia is modelled: whether time is more than a load parameter."""
-        return self.density is not None or any(m.rate_dependent for m in self.mixtures)
+        """True if any stress depends on rate, or inertia is modelled: whether time is more than a load parameter."""
+        return self.density is not None or any(m.rate_dependent for m in self.materials)
 
     def over(self, integrand: Any, names: Sequence[str] | None = None, degree: int | None = None) -> ufl.Form:
         """An integral in space over named groups of cells, all by default."""
@@ -91,7 +91,7 @@ class Body:
 def stored_energy(body: Body, state: Motion) -> ufl.Form:
     """Sum of c_s W over the body [Pa µm^2]."""
     E = green_lagrange(state.u, body.kinematics)
-    return sum(body.over(m.solid(E, state.p)[0], m.names) for m in body.mixtures)
+    return sum(body.over(m.solid(E, state.p)[0], m.names) for m in body.materials)
 
 
 def kinetic_energy(body: Body, state: Motion) -> ufl.Form:
@@ -104,7 +104,7 @@ def internal_work(body: Body, state: Motion, w: Any) -> ufl.Form:
     """Virtual work of the solid stress, int P : grad w dV with P = F c_s S_s [Pa µm] (eqs 6, 32)."""
     k = body.kinematics
     F, E = deformation_gradient(state.u, k), green_lagrange(state.u, k)
-    return sum(body.over(ufl.inner(F * m.solid(E, state.p)[1], k.gradient(w)), m.names) for m in body.mixtures)
+    return sum(body.over(ufl.inner(F * m.solid(E, state.p)[1], k.gradient(w)), m.names) for m in body.materials)
 
 
 def viscous_work(body: Body, state: Motion, w: Any) -> ufl.Form | None:
@@ -112,7 +112,7 @@ def viscous_work(body: Body, state: Motion, w: Any) -> ufl.Form | None:
     k = body.kinematics
     F, E_dot = deformation_gradient(state.u, k), state.strain_rate()
     terms = [
-        body.over(ufl.inner(F * m.fluid(F, E_dot), k.gradient(w)), m.names) for m in body.mixtures if m.rate_dependent
+        body.over(ufl.inner(F * m.fluid(F, E_dot), k.gradient(w)), m.names) for m in body.materials if m.rate_dependent
     ]
     return sum(terms) if terms else None
 

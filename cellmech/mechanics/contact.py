@@ -37,7 +37,7 @@ def smooth_step(d, w):
 
 @dataclass(frozen=True)
 class Contact:
-    """How the cell and the obstacles push on each other.
+    """The contact of the cell and the obstacles.
 
     Args:
         form: "surface", a pressure on the outer boundary (default); "volume", the same force spread over the overlap;

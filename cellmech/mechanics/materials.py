@@ -1,4 +1,4 @@
-"""What a layer is made of: a solid and a fluid that deform together (eqs 6-13)."""
+"""Material of a layer: a solid and a fluid that deform together (eqs 6-13)."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Material:
 
     @property
     def rate_dependent(self) -> bool:
-        """Whether the fluid carries any stress."""
+        """True if the fluid carries any stress."""
         return self.fluid_fraction > 0 and (self.fluid_lambda > 0 or self.fluid_mu > 0)
 
     def numbers(self) -> dict[str, float]:
@@ -67,8 +67,8 @@ class Material:
 
 
 @dataclass(frozen=True)
-class Mixture:
-    """The groups of cells that share one law, with that law's constants as UFL coefficients."""
+class MaterialField:
+    """A material over the mesh: the groups of cells that share one law, with its constants as UFL coefficients."""
 
     names: tuple[str, ...]
     law: Law

@@ -17,7 +17,7 @@ from typing import Any, Protocol
 
 
 class Obstacle(Protocol):
-    """What the contact needs to know of a rigid, fixed obstacle."""
+    """A rigid, fixed obstacle, as the contact needs it."""
 
     @property
     def length_um(self) -> float:
@@ -61,7 +61,7 @@ class Pillar:
         return 1 - self._power(xi, self.exponent) - self._power(eta, self.exponent)
 
     def gradient(self, x: Any) -> tuple[Any, ...]:
-        """Of the level set [1/µm]."""
+        """Gradient of the level set [1/µm]."""
         (xi, eta), e = self._scaled(x), self.exponent
         return (
             -e / self.half_width_um * xi * self._power(xi, e - 2),

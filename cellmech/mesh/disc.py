@@ -1,4 +1,4 @@
-"""What a disc is and how finely it is meshed: layers, sizes, contacts, and their rules."""
+"""A disc and the fineness of its mesh: layers, sizes, contacts, and their rules."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Rule = tuple[str, str, object, bool]  # key, rule, value got, whether it holds
 
 @dataclass(frozen=True)
 class Grading:
-    """How the element size varies over a disc: sizes in units of `DiscSpec.size_um`, slopes of size over distance.
+    """Element size over a disc: sizes in units of `DiscSpec.size_um`, slopes of size over distance.
 
     Chosen by measurement on Table 1, where every reported number has to be within 1 % (`benchmarks/accuracy.py`). Four
     places decide. The membrane bends most at the edge of the contact and beside it, and only short edges along it

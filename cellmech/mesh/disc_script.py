@@ -68,7 +68,7 @@ def disc_sectors(spec: DiscSpec) -> tuple[GeoScript, list[Sector]]:
 
 
 def _is_thin(spec: DiscSpec, inner: float, outer: float) -> bool:
-    """Whether a layer would have a structure but for the footprints."""
+    """True if a layer would have a structure but for the footprints."""
     return bool(spec.footprints) and _elements_across(replace(spec, footprints=()), inner, outer) > 0
 
 
@@ -103,7 +103,7 @@ def _sizes_at(spec: DiscSpec, dx: np.ndarray, dy: np.ndarray) -> np.ndarray:
 
 
 def resolves(spec: DiscSpec, foot: Footprint) -> bool:
-    """Whether the elements are small enough for a footprint wherever its edges may lie."""
+    """True if the elements are small enough for a footprint wherever its edges may lie."""
     rim, start = spec.interfaces[-1][1], math.atan2(foot.at[1], abs(foot.at[0]))
     angle = start + np.array([side * edge / rim for edge in foot.edges for side in (-1.0, 1.0)])
     size = _sizes_at(spec, np.abs(rim * np.cos(angle)), rim * np.sin(angle))

@@ -85,7 +85,7 @@ class KeptModel:
 
 
 def arrays_of(model: Any) -> dict[str, np.ndarray]:
-    """What a `KeptModel` of this Gmsh model needs."""
+    """The content of a `KeptModel`, taken from a Gmsh model."""
     nodes, x, _ = model.mesh.getNodes()
     groups = model.getPhysicalGroups()
     names = [model.getPhysicalName(*group) for group in groups]
@@ -158,7 +158,7 @@ def _place(spec: DiscSpec | BallSpec) -> Path:
 
 @lru_cache
 def _makers() -> bytes:
-    """What stands for the modules that make a mesh, as they are at the first call, and for the Gmsh installed."""
+    """A hash of the modules that make a mesh, as they are at the first call, and of the Gmsh installed."""
     found = hashlib.sha256()
     for name in MAKERS:
         found.update(hash_behind(name).encode())

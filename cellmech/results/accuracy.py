@@ -1,4 +1,4 @@
-"""How accurate each reported number is: the same case refined in one respect at a time, and what that changes.
+"""Accuracy of each reported number: the same case refined in one respect at a time, and what that changes.
 
 No finite elements here: a refinement is a scene, its result a result.json, and the error a comparison of numbers.
 Relative errors of J1, J2, J3 and of what is built from them are taken on q - q0, q0 the value at rest.
@@ -98,7 +98,7 @@ class Assessed:
 
     @property
     def within(self) -> bool:
-        """Whether the error is known and within 1 %."""
+        """True if the error is known and within 1 %."""
         return self.error is not None and self.error <= max(self.allowed, 1e-15)
 
 

@@ -9,7 +9,7 @@ from cellmech.results.accuracy import ALL_PARTS, SMALL_BUDGET, Assessed
 
 
 def error_trees(assessed: Mapping[str, Assessed]) -> dict[str, Any]:
-    """What result.json gets: `error`, absolute, under the names of the scalars, and `accuracy` with its parts."""
+    """Entries of result.json: `error`, absolute, under the names of the scalars, and `accuracy` with its parts."""
     rows = assessed.values()
     parts = [part for part in ALL_PARTS if any(part in row.parts for row in rows)]
     return {

@@ -32,7 +32,7 @@ Record: TypeAlias = dict[str, Any]
 
 
 class Keyed(Protocol):
-    """Whatever has a text that stands for it in a hash, such as a MeshPlan."""
+    """An object with a text that stands for it in a hash, such as a MeshPlan."""
 
     def key(self) -> str:
         """The text."""
@@ -82,7 +82,7 @@ def signed(record: Record, case: str, source: str, key: str) -> Record:
 
 
 def is_final(result: Mapping[str, Any]) -> bool:
-    """Whether equal inputs must end alike: solved, or failed for a physical reason."""
+    """True if equal inputs must end alike: solved, or failed for a physical reason."""
     return result["status"] == "solved" or not Cause.named(result.get("cause")).passing
 
 

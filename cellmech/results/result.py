@@ -60,7 +60,7 @@ class Result:
 
     @property
     def beyond_ellipticity(self) -> bool:
-        """Whether its last state is beyond the loss of ellipticity, as its scene allows: it depends on the mesh."""
+        """True if its last state is beyond the loss of ellipticity, as its scene allows: it depends on the mesh."""
         return ((self.result.get("beyond_ellipticity") or {}).get("since_s")) is not None
 
     def number(self, key: str) -> float:
@@ -128,7 +128,7 @@ class Result:
             raise InputError(str(path), "", f"is no field file of this program ({text})", None, AGAIN) from None
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: largest and mean values by region."""
+        """A notebook's view: largest and mean values by region."""
         columns = ("sigma_mises_max_Pa", "J1_max", "J2_max", "J3_max", "sigma_mises_mean_Pa", "det_F_min")
         rows = ["".join(f"<th>{name}</th>" for name in ("", *columns))]
         for region in ("nucleus", "nucleoplasm", "lamina", "cytosol", "membrane", "cell"):

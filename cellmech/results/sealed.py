@@ -44,7 +44,7 @@ def sealed(result: Mapping[str, Any]) -> str:
 
 
 def is_whole(result: Mapping[str, Any]) -> bool:
-    """Whether the content of a result.json is what was written."""
+    """True if the content of a result.json is what was written."""
     try:
         return bool(json.loads(sealed(result))[SEAL] == result.get(SEAL))
     except ValueError:  # a number that has become NaN

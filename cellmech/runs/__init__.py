@@ -1,4 +1,4 @@
-"""What a user starts: one case, a study, a sweep over ranks, the library, the command line and its messages.
+"""The programs: one case, a study, a sweep over ranks, the library, the command line and its messages.
 
 It may import: every other room.
 """

@@ -1,4 +1,4 @@
-"""What a command line leaves to do: each case is solved once, and not at all if its outcome is known."""
+"""The work that a command line leaves: each case is solved once, and not at all if its outcome is known."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ def _sort(chosen: list[Job], agenda: Agenda, fresh: bool) -> None:
 
 
 def share_with_twin(twin: Job, job: Job, result: Record) -> Record:
-    """What a job has brought for a case with the same key: its files too, unless it will be tried again."""
+    """A job's result for a case with the same key: its files too, unless it will be tried again."""
     try:
         copied = take_over(job.folder, twin.case, twin.folder, twin.key)
     except OSError as error:

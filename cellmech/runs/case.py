@@ -40,7 +40,7 @@ from cellmech.solver.ellipticity import Stability, StabilityWatch
 from cellmech.solver.ellipticity_in_space import EllipticityInSpace, StabilityInSpace
 from cellmech.solver.resolution import doubts, missed
 from cellmech.solver.schedule import Memory, Step
-from cellmech.solver.simulation import Run
+from cellmech.solver.simulation import Simulation
 
 __all__ = ["Description", "MeshPlan", "Progress", "describe_case", "mesh_plan", "solve_case"]
 
@@ -52,7 +52,7 @@ MEMORY_BASE_MB, MEMORY_PER_DOF_MB = 260.0, 0.012
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a case is."""
+    """Progress of a case."""
 
     case: str
     t_s: float
@@ -63,7 +63,7 @@ class Progress:
 
 @dataclass(frozen=True)
 class Description:
-    """What a case will model, and its size."""
+    """The model of a case, and its size."""
 
     model: list[str]
     elements: str
@@ -209,8 +209,10 @@ def _last_good_state(run: Run | None, scalars: dict[str, Any], stability: Stabil
     return f"{text} {'ellipticity is lost' if stability.lost else 'the material is stable everywhere'}: {stability}"
 
 
-def _provenance(case: Case, setup: Setup, run: Run | None, comm: MPI.Comm, found: Mapping[str, str]) -> dict[str, Any]:
-    """Where a result comes from and what it took; `found`: warnings of its last state."""
+def _provenance(
+    case: Case, setup: Setup, run: Simulation | None, comm: MPI.Comm, found: Mapping[str, str]
+) -> dict[str, Any]:
+    """Origin and cost of a result; `found`: warnings of its last state."""
     quality, totals = setup.domain.quality, run.totals if run is not None else None
     return {
         "schema": 1,
@@ -246,7 +248,7 @@ def versions() -> dict[str, str]:
 
 
 def describe_case(case: Case, comm: MPI.Comm, plan: MeshPlan) -> Description:
-    """What a case will model and how large it is, without solving anything (collective on comm)."""
+    """The model of a case and its size, without solving anything (collective on comm)."""
     setup = Setup(case.scene, comm, plan)
     return Description(
         model=describe_model(setup).lines(),

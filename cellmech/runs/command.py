@@ -112,7 +112,7 @@ class Command:
     ranks_per_case: int = 1
 
     def label(self, order: Order, case: Case, refinement: Refinement | None = None) -> str:
-        """What the user reads for a case, or for one of its refinements."""
+        """The name that the user reads for a case, or for one of its refinements."""
         name = case.name if len(self.orders) == 1 else f"{order.study.stem}/{case.name}"
         return name if refinement is None else f"{name} [{refinement.name}]"
 

@@ -1,4 +1,4 @@
-"""How a study gets on, for a person at a terminal."""
+"""Progress of a study, for a person at a terminal."""
 
 from __future__ import annotations
 

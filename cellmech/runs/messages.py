@@ -21,7 +21,7 @@ T = TypeVar("T")
 
 
 class Watcher(Protocol):
-    """What world rank 0 tells about the cases, by their number."""
+    """The listener on world rank 0, who is told about the cases by their number."""
 
     def started(self, index: int) -> None:
         """A group has begun with a case."""
@@ -120,7 +120,7 @@ def meet(comm: MPI.Comm) -> None:
 
 
 def together(world: MPI.Comm, make: Callable[[], T]) -> T:
-    """What `make` returns on this rank; an error of ours or the disk's on any rank is raised on all. Collective."""
+    """The result of `make` on this rank; an error of ours or the disk's on any rank is raised on all. Collective."""
     made: list[T] = []
     fault: CellmechError | OSError | None = None
     try:
@@ -134,7 +134,7 @@ def together(world: MPI.Comm, make: Callable[[], T]) -> T:
 
 
 def agreed(world: MPI.Comm, make: Callable[[], T]) -> T:
-    """What `make` returns on rank 0, on every rank; an error of ours or the disk's is raised on all. Collective."""
+    """The result of `make` on rank 0, on every rank; an error of ours or the disk's is raised on all. Collective."""
     outcome: tuple[Any, CellmechError | OSError | None] | None = None
     if world.rank == 0:
         try:

@@ -1,4 +1,4 @@
-"""How a study gets on, in lines for a file or a pipe, or in silence; and its results as a short table."""
+"""Progress of a study, in lines for a file or a pipe, or in silence; and its results as a short table."""
 
 from __future__ import annotations
 
@@ -157,7 +157,7 @@ class Plain(Quiet):
 
 
 def where(run: Running) -> str:
-    """How far a case is, in a few words."""
+    """Progress of a case, in a few words."""
     if run.last is None:
         return "starting"
     last = run.last
@@ -165,7 +165,7 @@ def where(run: Running) -> str:
 
 
 def ending(result: Mapping[str, Any]) -> str:
-    """How a case ended, in a few words."""
+    """The end of a case, in a few words."""
     if result["status"] != "solved":
         return f"FAILED: {result['reason']}"
     return f"solved, {result.get('steps')} steps, {result.get('wall_s', 0.0):.1f} s"

@@ -51,12 +51,12 @@ class Ranks:
 
     @property
     def lead(self) -> bool:
-        """Whether this process speaks for all."""
+        """True if this process speaks for all."""
         return surroundings.task() == 0 if self.world is None else self.world.rank == 0
 
     @property
     def several(self) -> bool:
-        """Whether others may be waiting for this process."""
+        """True if others may be waiting for this process."""
         return self.world is not None and self.world.size > 1
 
     def understand(self, arguments: Sequence[str] | None) -> Command:
@@ -155,7 +155,7 @@ def solve(command: Command, case: Any, world: MPI.Intracomm, interrupts: Interru
 
 
 def watch(quiet: bool) -> type[Quiet]:
-    """How to tell of the cases."""
+    """The class of the listener that tells of the cases."""
     if not quiet and on_terminal():
         from cellmech.runs.display import Display  # rich is slow to load, too
 

@@ -123,7 +123,7 @@ class _Attempt:
             self.post.progressed(self.index, progress)
 
     def _agree(self, reason: Reason | None, trace: str) -> tuple[Reason | None, str]:
-        """What went wrong on the first rank where something did. If the others go on solving, the job is ended."""
+        """The fault on the first rank that met one. If the others go on solving, the job is ended."""
         arrival, deadline = self.together.Ibarrier(), time.monotonic() + GRACE_S
         while not arrival.Test():
             if reason is not None and time.monotonic() > deadline:

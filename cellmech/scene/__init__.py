@@ -1,4 +1,4 @@
-"""What is asked for: scene and study files, their rules and keys, and where the cell stands.
+"""The input: scene and study files, their rules and keys, and the place of the cell.
 
 It may import: mechanics (moduli), solver (instants); neither NumPy nor DOLFINx.
 """

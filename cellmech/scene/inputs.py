@@ -96,7 +96,7 @@ class Inputs(Table):
         return lame(self.layer_young_Pa(name), self.layer_poisson(name), printed=printed)
 
     def layer_solid(self, name: LayerName) -> float:
-        """What that layer's solid stress is multiplied by, c_s to the cell's power [-]."""
+        """The factor on that layer's solid stress, c_s to the cell's power [-]."""
         return float((1.0 - self.layer_of(name).fluid_fraction) ** self.cell.solid_exponent)
 
     def nearly_incompressible(self) -> tuple[LayerName, ...]:
@@ -152,7 +152,7 @@ class Inputs(Table):
 
     @property
     def rest_s(self) -> float:
-        """How long the load has been constant when fields are first written, 0 if it has not [s]."""
+        """Time of constant load before fields are first written, 0 without one [s]."""
         return max(min((*self.output.times_s, self.time.end_s)) - self.ramp_end_s, 0.0)
 
     @property
@@ -170,6 +170,6 @@ class Inputs(Table):
 
     @property
     def has_weight(self) -> bool:
-        """Whether any load is left after buoyancy."""
+        """True if any load is left after buoyancy."""
         lighter = self.cell.density_kg_m3 - self.cell.medium_density_kg_m3
         return lighter * self.load.gravity_m_s2 * self.load.factor != 0.0

@@ -44,7 +44,7 @@ KNOWN = (*_dotted(KEYS), *STUDY_TABLES)
 
 
 def is_known(key: str) -> bool:
-    """Whether a dotted key is one of a scene's, a pillar's with the index of its pillar."""
+    """True if a dotted key is one of a scene's, a pillar's with the index of its pillar."""
     parts = key.split(".")
     if parts[0] == "pillar" and len(parts) > 1:
         if not (parts[1].isascii() and parts[1].isdigit()):

@@ -7,7 +7,7 @@ DIGITS = 13  # of a limit in a message: nearer to it than `ROUNDING`
 
 
 def below(value: float, limit: float, *terms: float) -> bool:
-    """Whether a value lies below a limit by more than rounding.
+    """True if a value lies below a limit by more than rounding.
 
     Args:
         value: as entered or computed.

@@ -1,4 +1,4 @@
-"""Where the cell starts: lowered vertically until it first touches, then lifted by the gap.
+"""The start of the cell: lowered vertically until it first touches, then lifted by the gap.
 
 In a plane a cell that nothing but contact holds, and that touches on a slope beside a second obstacle, slides a little
 down to where it touches both: there it starts, since its equilibrium is near there and not where it was put.
@@ -57,7 +57,7 @@ class Overlap(NamedTuple):
 
 
 def placement(scene: Inputs) -> Placement:
-    """Where the scene's cell starts, `gap_um` of vertical travel above its first touch.
+    """The start of the scene's cell, `gap_um` of vertical travel above its first touch.
 
     The touch points lie on the substrate. Of symmetric ones only those in the modelled part of the cell are given. With
     nothing below the cell's width, its lowest point starts at y = gap_um and `touch` is empty.

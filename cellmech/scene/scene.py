@@ -1,4 +1,4 @@
-"""What a scene is: an immutable tree of validated inputs whose attribute names are the TOML keys."""
+"""A scene: an immutable tree of validated inputs whose attribute names are the TOML keys."""
 
 from __future__ import annotations
 

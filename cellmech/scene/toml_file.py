@@ -94,7 +94,7 @@ def _too_deep(where: str) -> InputError:
 
 
 def _is_deep(data: object) -> bool:
-    """Whether the nesting could overflow the stack of what walks the data."""
+    """True if the nesting could overflow the stack of what walks the data."""
     level = [data]
     for _ in range(DEEPEST + 1):
         level = [

@@ -10,7 +10,7 @@ from cellmech.doors import door
 _HOMES = {
     "Ellipticity": "ellipticity",
     "Schedule": "schedule",
-    "Run": "simulation",
+    "Simulation": "simulation",
     "Solver": "newton",
     "State": "state",
 }

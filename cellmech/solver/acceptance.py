@@ -1,4 +1,4 @@
-"""Whether a solved state counts: the material determines it, and nothing but contact holds it.
+"""Acceptance of a solved state: the material determines it, and nothing but contact holds it.
 
 Asked before a step is booked. Newton and the stepping have seen to its being solved, accurate and not inside out.
 """
@@ -35,7 +35,7 @@ class Refused(SolveError):
 
 
 class Judged(Protocol):
-    """What is asked of the body that goes through time."""
+    """A body that goes through time, as its judge needs it."""
 
     ledger: Ledger
     modes: Any
@@ -78,7 +78,7 @@ class Acceptance:
         self.stability = found or self.stability
 
     def held(self, amplitude: float) -> Reason | None:
-        """What is wrong where only the constraint on a rigid mode holds the body, as no contact without friction could.
+        """The fault of a state in which only the constraint on a rigid mode holds the body, as no contact could.
 
         None where nothing is. Collective.
         """
@@ -105,7 +105,7 @@ class Acceptance:
         self.watch.seen = AT_REST
 
     def memory(self) -> dict[str, Any]:
-        """What a run that goes on later needs, as JSON can hold it."""
+        """All that a run that goes on later needs, as JSON can hold it."""
         return {"seen": self.watch.seen, "beyond": self.beyond, "doubt": self.doubt}
 
     def recall(self, memory: dict[str, Any]) -> None:

@@ -65,7 +65,7 @@ class Controller:
     grow: float = 2.2
 
     def accepts(self, error: float) -> bool:
-        """Whether a step with this relative error [-] stands."""
+        """True if a step with this relative error [-] stands."""
         return error <= self.rtol
 
     def factor(self, error: float) -> float:

@@ -30,7 +30,7 @@ class DetFWatch:
         self.worst: tuple[float, ...] | None = None  # value and place [µm]
 
     def admissible(self, least: float = 0.0, on_the_way: bool = False) -> bool:
-        """Whether det F > least at every point on every rank (collective); remembers the worst point if not.
+        """True if det F > least at every point on every rank (collective); remembers the worst point if not.
 
         On the way to a solution the quadrature points are enough.
         """

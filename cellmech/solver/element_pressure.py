@@ -65,7 +65,7 @@ class ElementPressure:
         constant = cellwise_space(domain.mesh)
         one, none = ufl.TestFunction(constant), fem.Constant(domain.mesh, 0.0)
         stiffness = none * one * domain.dx(degree)
-        for m in mixtures:
+        for m in materials:
             if m.mixed:
                 stiffness += m.constants["mu"] * one * domain.dx(degree, m.names)
         forms = (compile_form(form, self._comm) for form in (stiffness, one * domain.dx(degree)))

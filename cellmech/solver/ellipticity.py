@@ -82,7 +82,7 @@ class Stability:
 
     @property
     def lost(self) -> bool:
-        """Whether ellipticity is lost at some point."""
+        """True if ellipticity is lost at some point."""
         return self.margin is not None and self.margin < 0
 
     def __str__(self) -> str:
@@ -112,10 +112,10 @@ class Ellipticity:
         tags, numbers = body.domain.cell_tags, body.domain.cells
         self._layers = {number: whole(name) for name, number in numbers.items()}
         self._parts = []
-        for mixture in body.mixtures:
-            mine = np.isin(tags.values, [numbers[name] for name in mixture.names]) & (tags.indices < len(owned))
+        for material in body.materials:
+            mine = np.isin(tags.values, [numbers[name] for name in material.names]) & (tags.indices < len(owned))
             cells, groups = tags.indices[mine], tags.values[mine]
-            share = fem.Constant(mesh, 1.0) * mixture.solid_fraction
+            share = fem.Constant(mesh, 1.0) * material.solid_fraction
             solid = PointValues(share, points, mesh.comm)(cells).ravel() > 0
             values = PointValues(moduli(u, mixture, body.kinematics), points, mesh.comm)
             self._parts.append((cells, values, solid, place(cells).reshape(-1, 2), np.repeat(groups, len(points))))

@@ -1,4 +1,4 @@
-"""Where the work of gravity goes: stored, dissipated, done against the contact, kinetic [Pa µm^2]."""
+"""Balance of the work of gravity: stored, dissipated, done against the contact, kinetic [Pa µm^2]."""
 
 from __future__ import annotations
 
@@ -138,7 +138,7 @@ class Ledger:
         return trapezoid + step**3 / 6 * float(f @ u2 - f2 @ u)
 
     def numbers(self) -> dict[str, float]:
-        """What has been integrated [Pa µm^2], the load amplitude it has been brought to [-], and the last step [s]."""
+        """The integrals so far [Pa µm^2], the load amplitude they have been brought to [-], and the last step [s]."""
         names = ("load_work", "dissipated", "contact_work", "amplitude")
         return {name: getattr(self, name) for name in names} | {"last_step": self._last_step}
 

@@ -1,4 +1,4 @@
-"""Which times of a run are one and the same: the one rule for outputs, the ramp's end, load steps and the end."""
+"""Times of a run that are one and the same: the one rule for outputs, the ramp's end, load steps and the end."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ CLOSEST = 1e-9  # of the run's end: times nearer to each other are one
 
 
 def apart(earlier: float, later: float, end_s: float) -> bool:
-    """Whether a time [s] lies so far before another that a run which ends at `end_s` can stop at both."""
+    """True if a time [s] lies so far before another that a run which ends at `end_s` can stop at both."""
     return later - earlier >= CLOSEST * end_s * (1 - 1e-6)  # for times written as the sum of both
 
 

@@ -22,7 +22,7 @@ EASY = 8  # Newton iterations up to which a load step was small: the next one ma
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """Of a body without memory, or at the end of a step: load amplitude [-], displacement [µm], whether it is at rest.
+    """An equilibrium, on the way or at the end of a step: load amplitude [-], displacement [µm], whether at rest.
 
     The next one is sought from it as it is. A secant through two of them is a worse guess: a contact that grows is no
     smooth function of the load, and extrapolated depths are off by more than they change (benchmarks/README.md).
@@ -109,7 +109,7 @@ class LoadSteps:
         return run.accept(t, t - run.t, outcome, None)
 
     def _time_of(self, end: float) -> float:
-        """When the load is that of the last equilibrium [s], between now and `end`; now where it is there at once."""
+        """Time at which the load is the last equilibrium's [s], between now and `end`; now if it is there at once."""
         run, here = self.run, self.last.amplitude
         now = run.body.amplitude(run.t)
         if run.body.amplitude(end) == here:
@@ -122,7 +122,7 @@ class LoadSteps:
         return outcome
 
     def numbers(self) -> dict[str, Any]:
-        """What, with the state, makes the next steps those of an uninterrupted run."""
+        """The numbers that, with the state, make the next steps those of an uninterrupted run."""
         stuck = None if self.stuck is None else (self.stuck.cause.value, self.stuck.text)
         return {"amplitude": self.last.amplitude, "at_rest": self.last.at_rest, "stuck": stuck}
 

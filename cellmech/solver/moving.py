@@ -1,4 +1,4 @@
-"""What steps through time need of the body that goes along them."""
+"""The body that goes through time, as steps need it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from cellmech.solver.state import State
 
 
 class Moving(Protocol):
-    """What steps need of the body that goes through time (`cellmech.solver.simulation`)."""
+    """A body that goes through time, as its steps need it (`cellmech.solver.simulation.Simulation`)."""
 
     body: Body
     state: State
@@ -30,7 +30,7 @@ class Moving(Protocol):
 
     @property
     def jumps(self) -> bool:
-        """Whether the displacement jumps at the start."""
+        """True if the displacement jumps at the start."""
 
     def solve(self, amplitude: float, rough: bool = False, leap: bool = False) -> Outcome:
         """Solve at a load amplitude [-], beginning near the present displacement."""
@@ -39,7 +39,7 @@ class Moving(Protocol):
         """An error over the largest displacement so far [-]."""
 
     def reaches_more(self) -> bool:
-        """Whether the body has come to another obstacle, which then is in the problem."""
+        """True if the body has come to another obstacle, which then is in the problem."""
 
     def accept(self, t: float, h: float, outcome: Outcome, error: float | None) -> Step:
         """Book a step to the time t [s], h [s] long."""

@@ -42,7 +42,7 @@ PREFIX, OPTIONS = "cellmech_", {"snes_linesearch_max_it": 12, "mat_mumps_icntl_1
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a solve did.
+    """The result of a solve.
 
     Args:
         iterations: Newton iterations.
@@ -58,12 +58,12 @@ class Outcome:
 
     @property
     def converged(self) -> bool:
-        """Whether the residual met the tolerance."""
+        """True if the residual met the tolerance."""
         return self.reason is None
 
     @property
     def drowned(self) -> bool:
-        """Whether round-off is why it did not: no other step or guess will help."""
+        """True if round-off is why it did not: no other step or guess will help."""
         return self.reason is not None and self.reason.cause is Cause.ROUND_OFF
 
 
@@ -186,7 +186,7 @@ class Solver:
         self.factorisations += 1
 
     def _verdict(self, snes: PETSc.SNES, iteration: int, norms: tuple[float, float, float]) -> int:
-        """Whether to stop, and why: at the tolerance, or where round-off keeps the residual from falling further."""
+        """The reason to stop: the tolerance is met, or round-off keeps the residual from falling; or to go on."""
         residual, reason = norms[-1], PETSc.SNES.ConvergedReason
         if not np.isfinite(residual):
             return reason.DIVERGED_FNORM_NAN
@@ -324,7 +324,7 @@ class Solver:
         )
 
     def _drowning(self, residual: float) -> Reason:
-        """What round-off hides, and what it would not."""
+        """The forces that round-off leaves, and the load that it would not hide."""
         remedy = ""
         if self._sum:
             times = residual / (BALANCED * self._sum)

@@ -1,4 +1,4 @@
-"""Whether the mesh has followed the contact: element edges between the largest pressure and the contact's ends."""
+"""Resolution of the contact by the mesh: element edges between the largest pressure and the contact's ends."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cellmech.mechanics.balance import contact_work
 from cellmech.mechanics.contact import Contact
 from cellmech.solver.acceptance import MISSED
 from cellmech.solver.energy_balance import owned_values
-from cellmech.solver.simulation import Run
+from cellmech.solver.simulation import Simulation
 
 NEAR_AXIS = 1e-7  # µm
 SAMPLES = 16  # of an edge
@@ -45,7 +45,7 @@ class Stretch:
     depth_um: float
 
 
-def stretches(run: Run, axis: float | None) -> list[Stretch]:
+def stretches(run: Simulation, axis: float | None) -> list[Stretch]:
     """The contacts of the present state, from the left to the right of the cell's bottom. Collective.
 
     Args:
@@ -120,7 +120,7 @@ def _stretch(
     return Stretch(edges, force, width if on_axis else width / 2, float(d.max()))
 
 
-def missed(run: Run) -> float:
+def missed(run: Simulation) -> float:
     """Share of the contact's force that lies between the solver's quadrature points, or in them alone [-]. Collective.
 
     An obstacle's edge between two points pushes nothing in the solver's eyes, and one just at a point pushes all along
@@ -163,8 +163,8 @@ def _finely(run: Run) -> np.ndarray:
     return run.comm.allreduce(values.reshape(-1, run.components).sum(axis=0))
 
 
-def doubts(run: Run, axis: float | None) -> dict[str, str]:
-    """What about the contact's numbers is in doubt, for the warnings of a model; empty if nothing is. Collective."""
+def doubts(run: Simulation, axis: float | None) -> dict[str, str]:
+    """Doubts about the contact's numbers, for the warnings of a model. Collective."""
     found = {}
     bearing = [one for one in stretches(run, axis) if one.share >= COUNTS]
     coarse = [one for one in bearing if one.edges < ENOUGH]

@@ -1,4 +1,4 @@
-"""What a run is told, tells and remembers: when to stop, what a step and a whole run took, where to go on from."""
+"""Orders, accounts and memory of a run: when to stop, the cost of a step and of all, where to go on from."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Step:
 
 @dataclass
 class Totals:
-    """What a whole run took."""
+    """The cost of a whole run."""
 
     steps: int = 0
     rejected_steps: int = 0
@@ -45,7 +45,7 @@ class Totals:
 
 @dataclass(frozen=True)
 class Schedule:
-    """When to stop and where to land on the way.
+    """The end of a run, and the times to land on before.
 
     Args:
         end_s: end [s].
@@ -70,7 +70,7 @@ class Schedule:
 
     @property
     def skips_the_ramp(self) -> bool:
-        """Whether a load that comes on bit by bit may be put on at once."""
+        """True if a load that comes on bit by bit may be put on at once."""
         return self.ramp_end_s > 0 and not self.load_steps
 
     @cached_property
@@ -95,7 +95,7 @@ class Schedule:
 
 @dataclass(frozen=True)
 class Memory:
-    """What a run needs to go on from an accepted step as if it had never stopped.
+    """All that a run needs to go on from an accepted step as if it had never stopped.
 
     Args:
         numbers: what JSON can hold.

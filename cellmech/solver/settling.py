@@ -13,7 +13,7 @@ CLOSE_ENOUGH = 1e-9  # of the move
 
 
 def settle(imbalance: Callable[[float], float], load: float, reach_um: float, nearly: float = NEARLY) -> float | None:
-    """How far to move along the load so that contact balances it [µm]; 0 where it nearly does, None where it cannot.
+    """Way along the load to where contact balances it [µm]; 0 where it nearly does, None where it cannot.
 
     Internal forces add up to nothing, so in equilibrium the contact's force is the load, however the body is deformed.
     The tangent knows little of that: contact that sets in with the square of the depth makes Newton's method overshoot

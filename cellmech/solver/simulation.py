@@ -32,7 +32,7 @@ CHECKPOINT_STEPS = 10  # accepted steps between two checkpoints of a small probl
 CHECKPOINT_WORK = 200_000  # steps times unknowns after which a larger one is due
 
 
-class Run:
+class Simulation:
     """A body on its way through time.
 
     Args:
@@ -102,13 +102,13 @@ class Run:
 
     @property
     def jumps(self) -> bool:
-        """Whether the displacement jumps at the start: a load that is there at once meets a contact without inertia."""
+        """True if the displacement jumps at the start: a load that is there at once meets a contact without inertia."""
         body = self.body
         return body.density is None and bool(body.obstacles) and body.amplitude(0.0) != 0.0
 
     @property
     def has_a_way(self) -> bool:
-        """Whether there are states between rest and the load: else what is over time is not known, such as work."""
+        """True if there are states between rest and the load: else what is over time is not known, such as work."""
         follows = self.schedule.ramp_end_s > 0 and self.schedule.load_steps > 0
         return self.body.rate_dependent or follows
 
@@ -196,7 +196,7 @@ class Run:
         move(settle(imbalance, size, self.reach_um, nearly) or 0.0)
 
     def reaches_more(self) -> bool:
-        """Whether the body has come to obstacles that were left out; they are put in. Collective."""
+        """True if the body has come to obstacles that were left out; they are put in. Collective."""
         if self.body.contact is None:
             return False
         threshold = self.body.contact.threshold_um
@@ -246,7 +246,7 @@ class Run:
         return step
 
     def _first_again(self, refused: Refused) -> bool:
-        """Whether the run begins again because the first state, after a ramp that was skipped, does not count."""
+        """True if the run begins again because the first state, after a ramp that was skipped, does not count."""
         if self.totals.steps or not refused.shown or self.acceptance is None or not self.retrace():
             return False
         self.log(f"{refused}; the load is followed from the start, to where this happens")

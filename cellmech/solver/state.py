@@ -1,4 +1,4 @@
-"""Where a body is, and was: displacements as a translation and the rest, and their rates."""
+"""Present and past of a body: displacements as a translation and the rest, and their rates."""
 
 from __future__ import annotations
 
@@ -182,7 +182,7 @@ class State:
 
 
 def free_translations(body: Body) -> np.ndarray:
-    """Whether no Dirichlet condition holds a component anywhere, for each. Collective."""
+    """For each component, True if no Dirichlet condition holds it anywhere. Collective."""
     components = body.space.dofmap.index_map_bs
     held = np.zeros(components, dtype=bool)
     for bc in body.bcs:

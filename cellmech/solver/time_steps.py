@@ -147,7 +147,7 @@ class TimeSteps:
         return h, self.run.t + h
 
     def numbers(self) -> dict[str, Any]:
-        """What, with the state, makes the next steps those of an uninterrupted run."""
+        """The numbers that, with the state, make the next steps those of an uninterrupted run."""
         most = None if self.most == math.inf else self.most
         return {"wish": self.wish, "most": most, "steps": self.history.steps, "formula": self.formula}
 

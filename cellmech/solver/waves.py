@@ -90,7 +90,7 @@ def least_over_directions(waves: Waves) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _parabola(left: np.ndarray, middle: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """How far the lowest point of a parabola lies below its middle, and where, between -1 and 1."""
+    """Depth of the lowest point of a parabola below its middle, and its place, between -1 and 1."""
     bend, slope = left - 2 * middle + right, left - right
     move = np.clip(np.divide(slope, 2 * bend, out=np.zeros_like(middle), where=bend > ROUND_OFF), -1, 1)
     return slope * move / 2 - bend * move**2 / 2, move

@@ -44,7 +44,7 @@ def _evaluators(observer: Observer) -> list[tuple[np.ndarray, np.ndarray, PointV
     F, E = deformation_gradient(state.u, k), green_lagrange(state.u, k)
     points = lattice(observer.subdivisions)[0]
     X = ufl.SpatialCoordinate(domain.mesh)
-    for mixture in run.body.mixtures:
+    for mixture in run.body.materials:
         S = mixture.solid(E, state.p)[1]
         solid = F * S * F.T / ufl.det(F)
         fluid = mixture.fluid(F, state.strain_rate()) if mixture.rate_dependent else 0.0 * S

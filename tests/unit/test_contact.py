@@ -10,7 +10,7 @@ from dolfinx.fem import petsc
 from problems import affine, block, displacement_space, solid
 from scipy.integrate import quad
 
-from cellmech.fem.coefficients import mixtures
+from cellmech.fem.coefficients import material_fields
 from cellmech.fem.jit import compile_form
 from cellmech.fem.outline import Outline, depth
 from cellmech.mechanics.balance import Body, contact_work
@@ -175,7 +175,12 @@ def contact_force(form, F, obstacle, kappa=KAPPA, width=WIDTH, n=4):
     space = displacement_space(domain)
     contact = Contact(form, fem.Constant(domain.mesh, kappa), fem.Constant(domain.mesh, width))
     body = Body(
-        domain, mixtures(domain, {"solid": solid()}), space, contact=contact, obstacles=(obstacle,), contact_degree=20
+        domain,
+        material_fields(domain, {"solid": solid()}),
+        space,
+        contact=contact,
+        obstacles=(obstacle,),
+        contact_degree=20,
     )
     state = State(body)
     state.u.x.array[:] = affine(space, F - np.eye(2))
@@ -268,7 +273,11 @@ def test_pillars_add_up():
     forces = []
     for obstacles in ((left,), (right,), (left, right)):
         body = Body(
-            domain, mixtures(domain, {"solid": solid()}), space, contact=Contact(kappa=KAPPA), obstacles=obstacles
+            domain,
+            material_fields(domain, {"solid": solid()}),
+            space,
+            contact=Contact(kappa=KAPPA),
+            obstacles=obstacles,
         )
         form = compile_form(contact_work(body, State(body), ufl.TestFunction(space)), domain.mesh.comm)
         forces.append(petsc.assemble_vector(form).getArray().copy())
@@ -280,7 +289,7 @@ def test_contact_acts_on_the_outer_boundary_alone():
     domain = block(nx=2, ny=2, bottom="outer")
     space = displacement_space(domain)
     body = Body(
-        domain, mixtures(domain, {"solid": solid()}), space, contact=Contact(kappa=KAPPA), obstacles=(Flat(2.0),)
+        domain, material_fields(domain, {"solid": solid()}), space, contact=Contact(kappa=KAPPA), obstacles=(Flat(2.0),)
     )
     state = State(body)
     form = compile_form(contact_work(body, state, ufl.TestFunction(space)), domain.mesh.comm)
@@ -288,4 +297,4 @@ def test_contact_acts_on_the_outer_boundary_alone():
     touched = np.unique(Outline(domain, space, "outer").dofs)
     assert np.abs(np.delete(forces, touched, axis=0)).max() == 0.0
     assert forces[touched, 1].min() > 0.0
-    assert contact_work(Body(domain, body.mixtures, space, contact=Contact()), state, ufl.TestFunction(space)) is None
+    assert contact_work(Body(domain, body.materials, space, contact=Contact()), state, ufl.TestFunction(space)) is None

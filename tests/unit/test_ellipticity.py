@@ -7,7 +7,7 @@ import pytest
 from problems import LAW_NAMES, affine, block, displacement_space, domain_of, moduli, solid, wet
 from scipy.optimize import brentq
 
-from cellmech.fem.coefficients import mixtures
+from cellmech.fem.coefficients import material_fields
 from cellmech.mechanics.balance import Body
 from cellmech.mechanics.moduli import lame
 from cellmech.solver.ellipticity import Ellipticity, StabilityWatch, yeoh_bounds
@@ -22,7 +22,7 @@ def look_at(law, poisson=0.45, beta_over_mu=2.5, **fluid):
     domain = block()
     constants = {} if law in ("saint-venant", "neo-hookean") else {"beta_over_mu": beta_over_mu}
     material = solid(law, YOUNG, poisson, **constants) if not fluid else wet(law, YOUNG, poisson, **fluid)
-    body = Body(domain, mixtures(domain, {"solid": material}), displacement_space(domain))
+    body = Body(domain, material_fields(domain, {"solid": material}), displacement_space(domain))
     state = State(body)
     ellipticity = Ellipticity(body, state.u)
 
@@ -264,7 +264,7 @@ def two_halves(left, right):
     mesh = block(width=2.0, nx=4, ny=2).mesh
     sides = {"left": lambda x: x[0] <= 1.0 + 1e-9, "right": lambda x: x[0] >= 1.0 - 1e-9}
     domain = domain_of(mesh, cells=sides)
-    body = Body(domain, mixtures(domain, {"left": left, "right": right}), displacement_space(domain))
+    body = Body(domain, material_fields(domain, {"left": left, "right": right}), displacement_space(domain))
     state = State(body)
     return state, Ellipticity(body, state.u)
 
@@ -308,7 +308,7 @@ def test_layer_that_is_all_fluid_has_no_margin():
 def test_watch_looks_seldom_and_misses_no_loss(law, sign, late):
     """In stretch the Yeoh law gives no sign before it gives way: there the loss is seen one increment later at most."""
     domain = block()
-    body = Body(domain, mixtures(domain, {"solid": solid(law, YOUNG, 0.45)}), displacement_space(domain))
+    body = Body(domain, material_fields(domain, {"solid": solid(law, YOUNG, 0.45)}), displacement_space(domain))
     state = State(body)
     watch, looks, lost = StabilityWatch(body, state.u), 0, []
     for steps, stretch in enumerate(np.exp(sign * np.geomspace(1e-6, 1.0, 1000))):  # noqa: B007
@@ -326,7 +326,7 @@ def test_watch_looks_seldom_and_misses_no_loss(law, sign, late):
 
 def test_watch_rests_while_nothing_moves():
     domain = block()
-    body = Body(domain, mixtures(domain, {"solid": solid("saint-venant")}), displacement_space(domain))
+    body = Body(domain, material_fields(domain, {"solid": solid("saint-venant")}), displacement_space(domain))
     state = State(body)
     watch = StabilityWatch(body, state.u)
     state.u.x.array[:] = affine(body.space, [[-0.1, 0.0], [0.0, 0.0]])

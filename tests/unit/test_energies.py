@@ -10,7 +10,7 @@ import ufl
 from dolfinx import fem
 from problems import LAW_NAMES, affine, block, displacement_space, moduli, solid
 
-from cellmech.fem.coefficients import mixtures
+from cellmech.fem.coefficients import material_fields
 from cellmech.fem.jit import PointValues
 from cellmech.mechanics.kinematics import PLANE_STRAIN, green_lagrange
 from cellmech.mechanics.laws import LAWS
@@ -34,7 +34,7 @@ def law_at(law: str, i1_rest: float = 3.0):
     """(W, S) of the package as a function of the displacement gradient, S of shape (3, 3)."""
     domain = block()
     u = fem.Function(displacement_space(domain, 1))
-    (mixture,) = mixtures(domain, {"solid": solid(law, YOUNG, POISSON, i1_rest=i1_rest)})
+    (mixture,) = material_fields(domain, {"solid": solid(law, YOUNG, POISSON, i1_rest=i1_rest)})
     W, S = mixture.solid(green_lagrange(u, PLANE_STRAIN))
     compiled = PointValues(packed(W, S), np.array([[0.25, 0.25]]), domain.mesh.comm)
 

@@ -7,7 +7,7 @@ from dolfinx import fem
 from dolfinx.fem import petsc
 from problems import affine, block, displacement_space, wet
 
-from cellmech.fem.coefficients import mixtures
+from cellmech.fem.coefficients import material_fields
 from cellmech.fem.jit import compile_form
 from cellmech.mechanics.balance import Body, viscous_work
 from cellmech.mechanics.fluid import fluid_stress
@@ -89,7 +89,7 @@ class Flow:
         domain = block(nx=2, ny=2)
         space = displacement_space(domain)
         material = wet(fluid_fraction=0.25, fluid_lambda=LMBDA_F / 0.25, fluid_mu=MU_F / 0.25)
-        self.body = Body(domain, mixtures(domain, {"solid": material}), space)
+        self.body = Body(domain, material_fields(domain, {"solid": material}), space)
         self.state = State(self.body)
         self.form = compile_form(viscous_work(self.body, self.state, ufl.TestFunction(space)), domain.mesh.comm)
 

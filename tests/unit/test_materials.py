@@ -6,7 +6,7 @@ import ufl
 from dolfinx import fem
 from problems import affine, block, displacement_space, domain_of, moduli, solid, value_at, wet
 
-from cellmech.fem.coefficients import mixtures
+from cellmech.fem.coefficients import material_fields
 from cellmech.fem.jit import compile_form
 from cellmech.mechanics.balance import Body, stored_energy, viscous_work
 from cellmech.mechanics.kinematics import PLANE_STRAIN, green_lagrange
@@ -23,7 +23,7 @@ def two_halves():
 
 
 def stored(domain, materials, blend=None):
-    body = Body(domain, mixtures(domain, materials, blend), displacement_space(domain, 1))
+    body = Body(domain, material_fields(domain, materials, blend), displacement_space(domain, 1))
     state = State(body)
     state.u.x.array[:] = affine(body.space, H)
     return fem.assemble_scalar(compile_form(stored_energy(body, state), domain.mesh.comm))
@@ -32,7 +32,7 @@ def stored(domain, materials, blend=None):
 def test_groups_of_one_law_share_a_mixture_and_keep_their_own_constants():
     domain = two_halves()
     soft, stiff = solid(young=10.0), solid(young=70.0)
-    assert len(mixtures(domain, {"left": soft, "right": stiff})) == 1
+    assert len(material_fields(domain, {"left": soft, "right": stiff})) == 1
     energy = stored(domain, {"left": soft, "right": stiff})
     halves = [stored(domain, {"left": m, "right": m}) / 2 for m in (soft, stiff)]
     assert energy == pytest.approx(sum(halves), rel=1e-12)
@@ -42,7 +42,7 @@ def test_groups_of_one_law_share_a_mixture_and_keep_their_own_constants():
 def test_groups_of_different_laws_get_a_mixture_each():
     domain = two_halves()
     materials = {"left": solid("neo-hookean"), "right": solid("saint-venant", young=20.0)}
-    assert [m.names for m in mixtures(domain, materials)] == [("left",), ("right",)]
+    assert [m.names for m in material_fields(domain, materials)] == [("left",), ("right",)]
     halves = [stored(domain, {"left": m, "right": m}) / 2 for m in materials.values()]
     assert stored(domain, materials) == pytest.approx(sum(halves), rel=1e-12)
     assert abs(halves[1] - 2 * halves[0]) > 1e-3 * halves[0]
@@ -50,7 +50,7 @@ def test_groups_of_different_laws_get_a_mixture_each():
 
 def test_group_without_material_is_refused():
     with pytest.raises(ValueError, match="right"):
-        mixtures(two_halves(), {"left": solid()})
+        material_fields(two_halves(), {"left": solid()})
 
 
 def test_blend_weighs_the_constants_of_each_material():
@@ -59,7 +59,7 @@ def test_blend_weighs_the_constants_of_each_material():
     x = ufl.SpatialCoordinate(domain.mesh)
     weight = {"a": x[0] / 2, "b": 1 - x[0] / 2}
     a, b = wet(young=10.0, fluid_fraction=0.5), wet(young=70.0, fluid_fraction=0.1)
-    (mixture,) = mixtures(domain, {"a": a, "b": b}, weight)
+    (mixture,) = material_fields(domain, {"a": a, "b": b}, weight)
     expected_mu = (10.0 * 0.5 + 70.0 * 0.5) / 2.6
     expected_solid = 0.5 * 0.5 + 0.5 * 0.9
     corner = [0.25, 0.25]
@@ -76,7 +76,7 @@ def test_blend_weighs_the_constants_of_each_material():
 def test_blend_of_different_laws_is_refused():
     domain = two_halves()
     with pytest.raises(ValueError, match="one law"):
-        mixtures(domain, {"a": solid("neo-hookean"), "b": solid("yeoh")}, {"a": 0.5, "b": 0.5})
+        material_fields(domain, {"a": solid("neo-hookean"), "b": solid("yeoh")}, {"a": 0.5, "b": 0.5})
 
 
 def test_solid_stress_is_weighted_by_the_solid_fraction():
@@ -85,7 +85,7 @@ def test_solid_stress_is_weighted_by_the_solid_fraction():
     u.x.array[:] = affine(u.function_space, H)
 
     def stress(material):
-        (mixture,) = mixtures(domain, {"solid": material})
+        (mixture,) = material_fields(domain, {"solid": material})
         S = mixture.solid(green_lagrange(u, PLANE_STRAIN))[1]
         return value_at(ufl.as_vector([S[0, 0], S[0, 1], S[1, 1], S[2, 2]]), domain)
 
@@ -101,7 +101,7 @@ def test_solid_stress_is_weighted_by_the_solid_fraction():
 def test_material_depends_on_rate_only_if_its_fluid_carries_stress(fraction, lmbda, mu, expected):
     material = Material(LAWS["neo-hookean"], moduli("neo-hookean", 10.0, 0.3), fraction, lmbda, mu)
     domain = block()
-    body = Body(domain, mixtures(domain, {"solid": material}), displacement_space(domain, 1))
+    body = Body(domain, material_fields(domain, {"solid": material}), displacement_space(domain, 1))
     assert material.rate_dependent == body.rate_dependent == expected
     form = viscous_work(body, State(body), ufl.TestFunction(body.space))
     assert (form is not None) == expected
@@ -109,5 +109,5 @@ def test_material_depends_on_rate_only_if_its_fluid_carries_stress(fraction, lmb
 
 def test_body_with_inertia_depends_on_rate():
     domain = block()
-    body = Body(domain, mixtures(domain, {"solid": solid()}), displacement_space(domain, 1), density=1e-9)
+    body = Body(domain, material_fields(domain, {"solid": solid()}), displacement_space(domain, 1), density=1e-9)
     assert body.rate_dependent

@@ -10,7 +10,7 @@ from problems import LAW_NAMES, affine, block, domain_of, hold, moduli, solid
 from scipy.sparse import csr_matrix
 
 from cellmech.fem import jit, p2_bubble
-from cellmech.fem.coefficients import mixtures
+from cellmech.fem.coefficients import material_fields
 from cellmech.fem.jit import PointValues, compile_form
 from cellmech.mechanics.balance import Body
 from cellmech.mechanics.invariants import Invariants
@@ -35,7 +35,7 @@ def body_of(domain, material, bubble=True, degree=1, **more):
     bcs = (hold(space, domain, "left", 0), hold(space, domain, "bottom", 1))
     materials = material if isinstance(material, dict) else {"solid": material}
     pressure = jit.pressure_space(domain.mesh, degree)
-    return Body(domain, mixtures(domain, materials), space, bcs, pressure_space=pressure, **more)
+    return Body(domain, material_fields(domain, materials), space, bcs, pressure_space=pressure, **more)
 
 
 # The energy
@@ -65,9 +65,9 @@ def test_law_without_a_volumetric_measure_is_not_mixed():
         return mu * C.square + lmbda * C.trace**4
 
     domain = block()
-    assert mixtures(domain, {"solid": Material(nameless, {"lmbda": 1.0, "mu": 1.0})})
+    assert material_fields(domain, {"solid": Material(nameless, {"lmbda": 1.0, "mu": 1.0})})
     with pytest.raises(ValueError, match="nameless states no volumetric measure"):
-        mixtures(domain, {"solid": Material(nameless, {"lmbda": 1.0, "mu": 1.0}, mixed=True)})
+        material_fields(domain, {"solid": Material(nameless, {"lmbda": 1.0, "mu": 1.0}, mixed=True)})
 
 
 # The pressure
@@ -99,7 +99,7 @@ def test_reported_strain_has_the_volume_of_the_pressure_and_the_shape_of_the_dis
     domain = block()
     u = fem.Function(jit.displacement_space(domain.mesh, 2))
     u.x.array[:] = affine(u.function_space, H)
-    (mixture,) = mixtures(domain, {"solid": mixed(law)})
+    (mixture,) = material_fields(domain, {"solid": mixed(law)})
     E, p = green_lagrange(u, PLANE_STRAIN), fem.Constant(domain.mesh, 0.0)
     reported = mixture.strain(E, p, PLANE_STRAIN)
     numbers = [mixture.volumetric(E), mixture.volumetric(reported)]
@@ -190,7 +190,7 @@ def stretched(material, bubble, degree):
     pressure = None if degree is None else jit.pressure_space(domain.mesh, degree)
     body = Body(
         domain,
-        mixtures(domain, {"solid": material}),
+        material_fields(domain, {"solid": material}),
         space,
         tuple(bcs),
         tractions={"right": (2.0, 0.5)},

@@ -5,12 +5,12 @@ import pytest
 from problems import block, displacement_space, hold, solid, wet
 
 from cellmech.causes import Cause, Reason
-from cellmech.fem.coefficients import mixtures
+from cellmech.fem.coefficients import material_fields
 from cellmech.mechanics.balance import Body
 from cellmech.solver.load_steps import Equilibrium, follow
 from cellmech.solver.newton import Outcome
 from cellmech.solver.schedule import Schedule, Totals
-from cellmech.solver.simulation import Run
+from cellmech.solver.simulation import Simulation
 
 
 def creeping(end_s=2.0, **schedule):
@@ -18,8 +18,8 @@ def creeping(end_s=2.0, **schedule):
     space = displacement_space(domain)
     material = wet(young=10.0, fluid_lambda=6.0, fluid_mu=3.0)
     bcs = (hold(space, domain, "left", 0), hold(space, domain, "outer", 1))
-    body = Body(domain, mixtures(domain, {"solid": material}), space, bcs, tractions={"right": (2.0, 0.0)})
-    return Run(body, Schedule(end_s, **schedule), 2.0)
+    body = Body(domain, material_fields(domain, {"solid": material}), space, bcs, tractions={"right": (2.0, 0.0)})
+    return Simulation(body, Schedule(end_s, **schedule), 2.0)
 
 
 def stretched(**schedule):
@@ -27,7 +27,9 @@ def stretched(**schedule):
     space = displacement_space(domain)
     bcs = (hold(space, domain, "left", 0), hold(space, domain, "outer", 1))
     ramp = {"amplitude": lambda t: min(t, 1.0), "tractions": {"right": (2.0, 0.0)}}
-    return Run(Body(domain, mixtures(domain, {"solid": solid()}), space, bcs, **ramp), Schedule(2.0, **schedule), 2.0)
+    return Simulation(
+        Body(domain, material_fields(domain, {"solid": solid()}), space, bcs, **ramp), Schedule(2.0, **schedule), 2.0
+    )
 
 
 def followed(run, memory=None, on_checkpoint=None):

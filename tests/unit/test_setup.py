@@ -20,7 +20,7 @@ from cellmech.mechanics.laws import yeoh_in_plane
 from cellmech.scene.files import read_scene
 from cellmech.scene.parts import LAYER_NAMES
 from cellmech.solver.ellipticity import StabilityWatch
-from cellmech.solver.simulation import Run
+from cellmech.solver.simulation import Simulation
 
 
 def scene_of(**tables):
@@ -141,7 +141,7 @@ def test_pillar_that_the_cell_comes_to_pushes_as_if_modelled_from_the_start():
     waiting.run(lambda step: None)
     assert sum("now in reach" in line for line in log) == 1
     body = dataclasses.replace(setup.body, obstacles=tuple(setup.obstacles.values()))
-    ready = Run(body, setup.schedule(), setup.force_scale)
+    ready = Simulation(body, setup.schedule(), setup.force_scale)
     ready.run(lambda step: None)
     beside = [o for label, o in setup.obstacles.items() if label == "pillar 1"]
     assert ready.outline.max_depth(ready.state.u, beside) > 0.01

@@ -14,7 +14,7 @@ from problems import block, displacement_space, hold, layered_disc, solid
 from cellmech.causes import Cause
 from cellmech.cell.layering import MeshPlan
 from cellmech.cell.setup import Setup
-from cellmech.fem.coefficients import mixtures
+from cellmech.fem.coefficients import material_fields
 from cellmech.fem.jit import compile_form
 from cellmech.mechanics.balance import Body, equilibrium
 from cellmech.mechanics.contact import Contact
@@ -25,7 +25,7 @@ from cellmech.solver.linear import Direct
 from cellmech.solver.newton import MAX_ITERATIONS, Solver
 from cellmech.solver.rigid_modes import rigid_modes
 from cellmech.solver.schedule import Schedule
-from cellmech.solver.simulation import Run
+from cellmech.solver.simulation import Simulation
 from cellmech.solver.state import State
 
 PULL = 6.0
@@ -35,7 +35,9 @@ def pulled_block(traction=PULL, law="neo-hookean"):
     domain = block(nx=3, ny=3, bottom="outer")
     space = displacement_space(domain)
     bcs = (hold(space, domain, "left", 0), hold(space, domain, "outer", 1))
-    body = Body(domain, mixtures(domain, {"solid": solid(law)}), space, bcs, tractions={"right": (traction, 0.0)})
+    body = Body(
+        domain, material_fields(domain, {"solid": solid(law)}), space, bcs, tractions={"right": (traction, 0.0)}
+    )
     return body, State(body)
 
 
@@ -171,7 +173,7 @@ def resting_disc(shape):
     half = shape == "half"
     body = Body(
         domain,
-        mixtures(domain, {"soft": solid(young=10.0)}),
+        material_fields(domain, {"soft": solid(young=10.0)}),
         space,
         (hold(space, domain, "axis", 0),) if half else (),
         (0.0, -GRAVITY),
@@ -180,7 +182,7 @@ def resting_disc(shape):
         amplitude=lambda t: t,
     )
     modes = None if half else rigid_modes(body, (0.0, RADIUS), sideways=True)
-    run = Run(body, Schedule(1.0, ramp_end_s=1.0), GRAVITY * np.pi * RADIUS**2, modes=modes)
+    run = Simulation(body, Schedule(1.0, ramp_end_s=1.0), GRAVITY * np.pi * RADIUS**2, modes=modes)
     run.run(lambda step: None)
     return run
 

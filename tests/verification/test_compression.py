@@ -6,7 +6,7 @@ import ufl
 from dolfinx.fem import petsc
 from problems import affine, block, displacement_space, hold, moduli, solid
 
-from cellmech.fem.coefficients import mixtures
+from cellmech.fem.coefficients import material_fields
 from cellmech.fem.jit import compile_form
 from cellmech.mechanics.balance import Body, internal_work
 from cellmech.solver.newton import Solver
@@ -33,7 +33,7 @@ def force(law, beta_over_mu, poisson, w):
     space = displacement_space(domain)
     bcs = (hold(space, domain, "left", 0), hold(space, domain, "bottom", 1), hold(space, domain, "top", 1, w))
     material = solid(law, YOUNG, poisson, beta_over_mu=beta_over_mu)
-    body = Body(domain, mixtures(domain, {"solid": material}), space, bcs)
+    body = Body(domain, material_fields(domain, {"solid": material}), space, bcs)
     state = State(body)
     state.u.x.array[:] = affine(space, [[-w / (1 + w), 0.0], [0.0, w]])
     outcome = Solver(body, state, YOUNG, tolerance=1e-13).solve(1.0)

@@ -7,11 +7,11 @@ By two independent codes the middle of the right edge rises by 14.74 ± 0.02 mm.
 import numpy as np
 from problems import block, displacement_space, hold
 
-from cellmech.fem.coefficients import mixtures
+from cellmech.fem.coefficients import material_fields
 from cellmech.mechanics.balance import Body
 from cellmech.mechanics.materials import Material
 from cellmech.solver.schedule import Schedule
-from cellmech.solver.simulation import Run
+from cellmech.solver.simulation import Simulation
 
 MU, POISSON, SHEAR = 422.5, 0.3, 62.5
 KAPPA = 2 * MU * (1 + POISSON) / (3 * (1 - 2 * POISSON))
@@ -32,13 +32,13 @@ def rise(n):
     space = displacement_space(domain)
     body = Body(
         domain,
-        mixtures(domain, {"solid": Material(isochoric, {"mu": MU, "kappa": KAPPA})}),
+        material_fields(domain, {"solid": Material(isochoric, {"mu": MU, "kappa": KAPPA})}),
         space,
         tuple(hold(space, domain, "left", component) for component in (0, 1)),
         tractions={"right": (0.0, SHEAR)},
         amplitude=lambda t: t,
     )
-    run = Run(body, Schedule(1.0, ramp_end_s=1.0, load_steps=4), SHEAR * 16)
+    run = Simulation(body, Schedule(1.0, ramp_end_s=1.0, load_steps=4), SHEAR * 16)
     run.run(lambda step: None)
     X = space.tabulate_dof_coordinates()[:, :2]
     (middle,) = np.nonzero(np.linalg.norm(X - [48.0, 52.0], axis=1) < 1e-9)[0]

@@ -11,10 +11,10 @@ import pytest
 from problems import block, displacement_space, hold, march, moduli, wet
 from scipy.integrate import solve_ivp
 
-from cellmech.fem.coefficients import mixtures
+from cellmech.fem.coefficients import material_fields
 from cellmech.mechanics.balance import Body
 from cellmech.solver.schedule import Schedule
-from cellmech.solver.simulation import Run
+from cellmech.solver.simulation import Simulation
 
 YOUNG, POISSON, TRACTION, END = 10.0, 0.3, 4.0, 3.0
 SHARE, LMBDA_F, MU_F = 0.5, 6.0, 3.0
@@ -47,7 +47,7 @@ def creeping_block():
     space = displacement_space(domain)
     material = wet("neo-hookean", YOUNG, POISSON, fluid_fraction=SHARE, fluid_lambda=LMBDA_F, fluid_mu=MU_F)
     bcs = (hold(space, domain, "left", 0), hold(space, domain, "outer", 1))
-    mixture = mixtures(domain, {"solid": material})
+    mixture = material_fields(domain, {"solid": material})
     return Body(domain, mixture, space, bcs, tractions={"right": (TRACTION, 0.0)})
 
 
@@ -77,7 +77,7 @@ def test_bdf2_converges_with_order_2(ratio, ladder):
 @lru_cache
 def controlled(rtol):
     """Achieved relative error of a run, its steps, and the totals."""
-    run = Run(creeping_block(), Schedule(END, rtol=rtol), TRACTION)
+    run = Simulation(creeping_block(), Schedule(END, rtol=rtol), TRACTION)
     worst, steps = [0.0], []
 
     def on_step(step):

@@ -8,13 +8,13 @@ from problems import affine, block, displacement_space, hold, solid, wet
 
 from cellmech.causes import Cause
 from cellmech.errors import SolveError
-from cellmech.fem.coefficients import mixtures
+from cellmech.fem.coefficients import material_fields
 from cellmech.fem.jit import PointValues
 from cellmech.mechanics.balance import Body
 from cellmech.solver.det_f import DetFWatch
 from cellmech.solver.newton import Solver
 from cellmech.solver.schedule import Schedule
-from cellmech.solver.simulation import Run
+from cellmech.solver.simulation import Simulation
 from cellmech.solver.state import State
 from cellmech.solver.time_steps import History
 
@@ -28,7 +28,7 @@ def column(material, traction, amplitude=lambda t: 1.0, nx=2):
     bcs = (hold(space, domain, "left", 0), hold(space, domain, "outer", 1))
     return Body(
         domain,
-        mixtures(domain, {"solid": material}),
+        material_fields(domain, {"solid": material}),
         space,
         bcs,
         tractions={"right": (traction, 0.0)},
@@ -86,7 +86,7 @@ def test_solver_refuses_an_inverted_first_guess_and_says_where(law):
 @pytest.mark.parametrize("law", ["saint-venant", "neo-hookean"])
 def test_predictor_that_inverts_elements_is_refused_and_the_step_cut(law, monkeypatch):
     body = column(wet(law, YOUNG, 0.3, fluid_lambda=5.0, fluid_mu=2.0), -1.0)
-    undisturbed = Run(body, Schedule(2.0), 1.0)
+    undisturbed = Simulation(body, Schedule(2.0), 1.0)
     undisturbed.run(lambda step: None)
 
     plain, calls, lines, times = History.predict, [], [], []
@@ -97,7 +97,7 @@ def test_predictor_that_inverts_elements_is_refused_and_the_step_cut(law, monkey
         return inverted.copy() if len(calls) in (8, 9) else plain(self, step)
 
     monkeypatch.setattr(History, "predict", predict)
-    run = Run(body, Schedule(2.0), 1.0, log=lines.append)
+    run = Simulation(body, Schedule(2.0), 1.0, log=lines.append)
     run.run(lambda step: times.append(step.t_s))
     assert run.totals.failed_solves == 2
     assert calls[8] == pytest.approx(calls[7] / 4) and calls[9] == pytest.approx(calls[7] / 16)
@@ -112,7 +112,7 @@ def test_saint_venant_under_growing_compression_stops_at_its_limit_point(ladder)
     limit = YOUNG / (3 * np.sqrt(3))
     body = column(solid("saint-venant", YOUNG, 0.0), -2 * limit, amplitude=lambda t: t)
     steps = []
-    run = Run(body, Schedule(1.0, ramp_end_s=1.0), limit)
+    run = Simulation(body, Schedule(1.0, ramp_end_s=1.0), limit)
     with pytest.raises(SolveError, match="no equilibrium beyond") as stop:
         run.run(steps.append)
     reached = float(str(stop.value).split("load amplitude ")[1].split(":")[0])
@@ -131,7 +131,7 @@ def test_saint_venant_under_growing_compression_stops_at_its_limit_point(ladder)
 def test_neo_hookean_goes_through_the_load_that_stops_saint_venant():
     limit = YOUNG / (3 * np.sqrt(3))
     body = column(solid("neo-hookean", YOUNG, 0.0), -2 * limit, amplitude=lambda t: t)
-    run = Run(body, Schedule(1.0, ramp_end_s=1.0), limit)
+    run = Simulation(body, Schedule(1.0, ramp_end_s=1.0), limit)
     run.run(lambda step: None)
     a, mu = stretch(run.state), YOUNG / 2
     assert mu * (a - 1 / a) == pytest.approx(-2 * limit, rel=1e-8)

@@ -12,7 +12,7 @@ import pytest
 from mpi4py import MPI
 from problems import block, displacement_space, hold, march, solid, wet
 
-from cellmech.fem.coefficients import mixtures
+from cellmech.fem.coefficients import material_fields
 from cellmech.mechanics.balance import Body
 from cellmech.mechanics.contact import Contact
 from cellmech.mechanics.obstacles import Flat, Pillar
@@ -22,7 +22,7 @@ from cellmech.scene.case import Case
 from cellmech.scene.files import read_scene
 from cellmech.solver.energy_balance import Ledger
 from cellmech.solver.schedule import Schedule
-from cellmech.solver.simulation import Run
+from cellmech.solver.simulation import Simulation
 from cellmech.solver.state import State
 
 GRAVITY, END = 3.0, 2.0  # Pa/µm, s
@@ -40,7 +40,7 @@ def pressed_block(obstacle, young=20.0):
     material = wet(young=young, poisson=0.3, fluid_fraction=0.5, fluid_lambda=5.0, fluid_mu=2.0)
     return Body(
         domain,
-        mixtures(domain, {"solid": material}),
+        material_fields(domain, {"solid": material}),
         space,
         (hold(space, domain, "left", 0),),
         (0.0, -GRAVITY),
@@ -81,7 +81,7 @@ def test_energy_balance_closes_at_third_order_in_the_step(obstacle, ladder):
 def test_energy_balance_of_a_run_under_error_control_closes(ladder):
     """Through the time loop: the rows a result prints."""
     body = pressed_block(Flat(0.0))
-    run = Run(body, Schedule(END, rtol=1e-4, ramp_end_s=END), GRAVITY)
+    run = Simulation(body, Schedule(END, rtol=1e-4, ramp_end_s=END), GRAVITY)
     run.run(lambda step: None)
     ledger = run.ledger
     assert min(ledger.stored(), ledger.dissipated, ledger.contact_work) > 0.1 * ledger.load_work
@@ -105,7 +105,7 @@ def test_free_fall_has_order_2_in_position_and_turns_work_into_kinetic_energy(la
     domain = block()
     body = Body(
         domain,
-        mixtures(domain, {"solid": solid()}),
+        material_fields(domain, {"solid": solid()}),
         displacement_space(domain),
         body_force=(0.0, -GRAVITY),
         amplitude=lambda t: t,

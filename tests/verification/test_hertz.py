@@ -11,7 +11,7 @@ from dolfinx import fem
 from problems import displacement_space, hold, layered_disc, solid
 from scipy.optimize import brentq
 
-from cellmech.fem.coefficients import mixtures
+from cellmech.fem.coefficients import material_fields
 from cellmech.fem.outline import Outline, along, depth, slope
 from cellmech.mechanics.balance import Body
 from cellmech.mechanics.contact import Contact
@@ -20,7 +20,7 @@ from cellmech.mesh.disc import Grading
 from cellmech.solver.energy_balance import Ledger
 from cellmech.solver.newton import Solver
 from cellmech.solver.schedule import Schedule
-from cellmech.solver.simulation import Run
+from cellmech.solver.simulation import Simulation
 from cellmech.solver.state import State
 
 RADIUS, YOUNG, POISSON = 8.0, 200.0, 0.3
@@ -49,7 +49,7 @@ def disc_on_flat(load, contact, size_um, law="neo-hookean"):
     space = displacement_space(domain)
     return Body(
         domain,
-        mixtures(domain, {"disc": solid(law, YOUNG, POISSON)}),
+        material_fields(domain, {"disc": solid(law, YOUNG, POISSON)}),
         space,
         (hold(space, domain, "axis", 0),),
         (0.0, -load / (np.pi * RADIUS**2)),
@@ -76,7 +76,7 @@ def settled():
     """The case of the reference values, through the time loop: kappa = 2e4, s = 1e-4, elements of a/11."""
     load, kappa, s = 10.0, 2e4, 1e-4
     a, _ = hertz(load)
-    run = Run(disc_on_flat(load, lambda mesh: Contact("surface", kappa, s), a / 11), Schedule(1.0), load / 2)
+    run = Simulation(disc_on_flat(load, lambda mesh: Contact("surface", kappa, s), a / 11), Schedule(1.0), load / 2)
     run.run(lambda step: None)
     return run, load, kappa, s
 

@@ -10,7 +10,7 @@ from dolfinx import fem
 from manufactured import plane_gradient
 from problems import displacement_space, hold, rows_ring, solid
 
-from cellmech.fem.coefficients import mixtures
+from cellmech.fem.coefficients import material_fields
 from cellmech.fem.jit import compile_form
 from cellmech.mechanics.balance import Body
 from cellmech.mechanics.kinematics import PLANE_STRAIN, green_lagrange
@@ -66,7 +66,7 @@ def pressurised(layers, n):
     space = displacement_space(domain)
     body = Body(
         domain,
-        mixtures(domain, {name: solid("neo-hookean", young, nu) for name, (_, young, nu) in layers.items()}),
+        material_fields(domain, {name: solid("neo-hookean", young, nu) for name, (_, young, nu) in layers.items()}),
         space,
         (hold(space, domain, "axis_x", 1), hold(space, domain, "axis_y", 0)),
         tractions={"inner": -PRESSURE * ufl.FacetNormal(domain.mesh)},
@@ -79,7 +79,7 @@ def pressurised(layers, n):
 
 def radial_stress(body, state):
     """e_r . P e_r [Pa]; at strains of 1e-8 that is the Cauchy stress."""
-    (mixture,) = body.mixtures
+    (mixture,) = body.materials
     X = ufl.SpatialCoordinate(body.domain.mesh)
     S = mixture.solid(green_lagrange(state.u, PLANE_STRAIN))[1]
     P = plane_gradient(state.u) * ufl.as_matrix([[S[i, j] for j in range(2)] for i in range(2)])
@@ -133,7 +133,7 @@ def test_radial_stress_is_continuous_over_the_interface_of_two_layers(ladder):
     for n in (8, 16, 32):
         body, state = pressurised(layers, n)
         domain = body.domain
-        is_stiff = fem.Function(body.mixtures[0].constants["mu"].function_space)
+        is_stiff = fem.Function(body.materials[0].constants["mu"].function_space)
         tags = domain.cell_tags
         for cell in tags.indices[tags.values == domain.cells["stiff"]]:
             is_stiff.x.array[is_stiff.function_space.dofmap.cell_dofs(cell)] = 1.0

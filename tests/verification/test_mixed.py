@@ -8,7 +8,7 @@ from manufactured import YOUNG, solid_piola
 from problems import affine, block, hold, layered_disc, moduli, prescribe, rows_ring
 
 from cellmech.fem import jit
-from cellmech.fem.coefficients import mixtures
+from cellmech.fem.coefficients import material_fields
 from cellmech.fem.jit import PointValues, compile_form
 from cellmech.mechanics.balance import Body
 from cellmech.mechanics.laws import LAWS
@@ -47,7 +47,7 @@ def test_affine_boundary_data_and_constant_pressure_are_reproduced_to_round_off(
     exact.x.array[:] = affine(space, H, (0.3, -0.2))
     body = Body(
         domain,
-        mixtures(domain, dict.fromkeys(domain.cells, mixed("neo-hookean", 0.499))),
+        material_fields(domain, dict.fromkeys(domain.cells, mixed("neo-hookean", 0.499))),
         space,
         (prescribe(space, domain, ("outer", "axis"), exact),),
         pressure_space=jit.pressure_space(domain.mesh),
@@ -86,7 +86,7 @@ def errors(law, n, poisson=NEARLY, bubble=True, degree=1, share=1.0):
     boundary.x.array[:] = np.stack(nearly_isochoric(X[:, 0], X[:, 1], lmbda, np, share), axis=-1).ravel()
     body = Body(
         domain,
-        mixtures(domain, {"solid": mixed(law, poisson)}),
+        material_fields(domain, {"solid": mixed(law, poisson)}),
         space,
         (prescribe(space, domain, tuple(domain.facets), boundary),),
         body_force=-ufl.div(solid_piola(law, ufl.Identity(2) + ufl.grad(exact), poisson)),
@@ -140,7 +140,7 @@ def test_column_under_its_weight_has_the_hydrostatic_pressure_in_every_element()
     walls = (("left", 0), ("right", 0), ("bottom", 1))
     body = Body(
         domain,
-        mixtures(domain, {"solid": mixed("neo-hookean", NEARLY)}),
+        material_fields(domain, {"solid": mixed("neo-hookean", NEARLY)}),
         space,
         tuple(hold(space, domain, group, k) for group, k in walls),
         body_force=(0.0, -weight),

@@ -88,7 +88,7 @@ def test_smeared_layers_are_solved_too(tmp_path):
 def test_pressure_is_an_unknown_only_where_it_must_be(tables, mixed):
     case = case_of(**{**tables, "layer": {"lamina": {"young_Pa": 999.0}, **tables.get("layer", {})}})
     setup = Setup(case.scene, MPI.COMM_SELF, mesh_plan(case.scene))
-    found = {name for m in setup.body.mixtures if m.mixed for name in m.names}
+    found = {name for m in setup.body.materials if m.mixed for name in m.names}
     apart = {name for name, _ in setup.interfaces}
     merged = {"nucleus": {"nucleoplasm", "lamina"}, "cytoplasm": {"cytosol", "membrane"}}
     assert set().union(*(merged.get(name, {name}) for name in found)) == mixed, apart

@@ -5,7 +5,7 @@ import pytest
 from dolfinx import fem
 from problems import affine, displacement_space, layered_disc, prescribe, solid, wet
 
-from cellmech.fem.coefficients import mixtures
+from cellmech.fem.coefficients import material_fields
 from cellmech.mechanics.balance import Body
 from cellmech.solver import bdf
 from cellmech.solver.newton import Solver
@@ -27,7 +27,7 @@ def solved(domain, material, rng):
     exact.x.array[:] = affine(space, H, OFFSET)
     body = Body(
         domain,
-        mixtures(domain, dict.fromkeys(domain.cells, material)),
+        material_fields(domain, dict.fromkeys(domain.cells, material)),
         space,
         (prescribe(space, domain, ("outer", "axis"), exact),),
     )

@@ -12,7 +12,7 @@ import ufl
 from dolfinx import fem
 from problems import block, displacement_space, hold, solid
 
-from cellmech.fem.coefficients import mixtures
+from cellmech.fem.coefficients import material_fields
 from cellmech.fem.jit import compile_form
 from cellmech.mechanics.balance import Body
 from cellmech.mechanics.contact import Contact
@@ -29,7 +29,7 @@ def penalised_and_rigid(n, stiffnesses):
     space, x = displacement_space(domain), ufl.SpatialCoordinate(domain.mesh)
     rigid = Body(
         domain,
-        mixtures(domain, {"solid": solid("neo-hookean", YOUNG, 0.3)}),
+        material_fields(domain, {"solid": solid("neo-hookean", YOUNG, 0.3)}),
         space,
         (hold(space, domain, "left", 0), hold(space, domain, "outer", 1)),
         tractions={"top": -LOAD * ufl.as_vector([0.0, 1 + ufl.cos(np.pi * x[0]) / 2])},

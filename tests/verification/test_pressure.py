@@ -42,7 +42,7 @@ def relative_errors(n, order):
     samples.update()
     gradient.update()
     exact = PointValues(exact_pressure(domain), reported, mesh.comm)(cells)
-    own_p = state_quantities(state, body.mixtures[0])[PRESSURE]
+    own_p = state_quantities(state, body.materials[0])[PRESSURE]
     own = ufl.inv(plane_gradient(state.u)).T * ufl.grad(own_p)
     found = {
         "pressure": samples.values[:, : samples.n_max, PRESSURE, None] - exact[..., :1],

@@ -13,7 +13,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
 from cellmech.cell.observables import Layout, Observer, Ring, point_fields
-from cellmech.fem.coefficients import mixtures
+from cellmech.fem.coefficients import material_fields
 from cellmech.fem.jit import compile_form
 from cellmech.mechanics.balance import Body
 from cellmech.mechanics.contact import Contact
@@ -24,7 +24,7 @@ from cellmech.runs.case import mesh_plan, solve_case
 from cellmech.scene.case import Case
 from cellmech.scene.files import read_scene
 from cellmech.solver.schedule import Schedule
-from cellmech.solver.simulation import Run
+from cellmech.solver.simulation import Simulation
 
 CENTRE = (0.0, 9.5)
 RADII = {"nucleoplasm": 4.9, "lamina": 5.0, "cytosol": 9.5, "membrane": 10.0}
@@ -47,13 +47,13 @@ def observer_of(shape="half", apart=True, obstacles=(), contact=None, order=2):
         if apart
         else {name: solid(young=MERGED_YOUNG[name]) for name, _ in interfaces}
     )
-    body = Body(domain, mixtures(domain, materials), space, contact=contact, obstacles=obstacles)
+    body = Body(domain, material_fields(domain, materials), space, contact=contact, obstacles=obstacles)
     inner = dict(zip(RADII, (0.0, *RADII.values()), strict=False))
     regions = {name: Ring(inner[name], outer) for name, outer in RADII.items()}
     regions |= {"nucleus": Ring(0.0, 5.0), "cell": Ring(0.0, 10.0)}
     names = tuple(name for name, _ in interfaces)
     groups = {name: (name,) for name in names} | {"cell": names, "nucleus": names[: len(names) // 2]}
-    run = Run(replace(body, obstacles=()), Schedule(1.0), 1.0)
+    run = Simulation(replace(body, obstacles=()), Schedule(1.0), 1.0)
     run.body = body  # obstacles at once, without the search for first touch
     half = shape == "half"
     return Observer(run, Layout(CENTRE, half, (0,) if half else (), 2 if half else 1, regions, groups, (PILLAR,)))

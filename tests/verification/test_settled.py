@@ -5,14 +5,14 @@ import pytest
 from problems import affine, block, displacement_space, hold, solid
 from scipy.optimize import brentq
 
-from cellmech.fem.coefficients import mixtures
+from cellmech.fem.coefficients import material_fields
 from cellmech.fem.outline import Outline, along, depth, slope
 from cellmech.mechanics.balance import Body
 from cellmech.mechanics.contact import Contact
 from cellmech.mechanics.obstacles import Flat, Pillar
 from cellmech.solver.newton import Solver
 from cellmech.solver.schedule import Schedule
-from cellmech.solver.simulation import Run
+from cellmech.solver.simulation import Simulation
 from cellmech.solver.state import State
 
 GRAVITY = 2.0
@@ -27,7 +27,7 @@ def settled(material, obstacle, contact, pressed=False):
     space = displacement_space(domain)
     body = Body(
         domain,
-        mixtures(domain, {"solid": material}),
+        material_fields(domain, {"solid": material}),
         space,
         (hold(space, domain, "left", 0),),
         (0.0, 0.0 if pressed else -GRAVITY),
@@ -36,7 +36,7 @@ def settled(material, obstacle, contact, pressed=False):
         obstacles=(obstacle,),
         amplitude=lambda t: min(t, 1.0),
     )
-    run = Run(body, Schedule(1.0, ramp_end_s=1.0), GRAVITY)
+    run = Simulation(body, Schedule(1.0, ramp_end_s=1.0), GRAVITY)
     run.run(lambda step: None)
     return run
 
@@ -90,7 +90,7 @@ def test_block_pushed_onto_a_flat_has_the_pressure_of_the_strain_left_to_it(ladd
     bcs = (hold(space, domain, "left", 0), hold(space, domain, "top", 1, -push))
     body = Body(
         domain,
-        mixtures(domain, {"solid": solid("saint-venant", young, 0.0)}),
+        material_fields(domain, {"solid": solid("saint-venant", young, 0.0)}),
         space,
         bcs,
         contact=Contact("surface", kappa, s),

@@ -10,7 +10,7 @@ from dolfinx import fem
 from dolfinx.fem import petsc
 from problems import LAW_NAMES, affine, block, displacement_space, wet
 
-from cellmech.fem.coefficients import mixtures
+from cellmech.fem.coefficients import material_fields
 from cellmech.fem.jit import compile_form
 from cellmech.fem.outline import Outline
 from cellmech.mechanics.balance import Body, equilibrium, internal_work, stored_energy
@@ -31,7 +31,7 @@ def loaded_body(law, form):
     material = wet(law, young=10.0, poisson=0.3, fluid_lambda=4.0, fluid_mu=2.0)
     body = Body(
         domain,
-        mixtures(domain, {"solid": material}),
+        material_fields(domain, {"solid": material}),
         space,
         body_force=(0.1, -0.5),
         contact=contact,

@@ -19,7 +19,7 @@ from scipy.optimize import brentq
 
 from cellmech.cell.layering import MeshPlan
 from cellmech.cell.setup import Setup, ramp
-from cellmech.fem.coefficients import mixtures
+from cellmech.fem.coefficients import material_fields
 from cellmech.fem.jit import compile_form
 from cellmech.mechanics.balance import Body, equilibrium
 from cellmech.mechanics.contact import Contact
@@ -27,7 +27,7 @@ from cellmech.mechanics.kinematics import deformation_gradient
 from cellmech.mechanics.obstacles import Pillar
 from cellmech.scene.files import read_scene
 from cellmech.solver.schedule import Schedule
-from cellmech.solver.simulation import Run
+from cellmech.solver.simulation import Simulation
 from cellmech.solver.state import State
 
 CHECKS = 10  # times at which controlled steps are compared, evenly over the whole history
@@ -52,7 +52,7 @@ def wet_block():
     material = wet(young=20.0, poisson=0.3, fluid_fraction=0.5, fluid_lambda=5.0, fluid_mu=2.0)
     body = Body(
         domain,
-        mixtures(domain, {"solid": material}),
+        material_fields(domain, {"solid": material}),
         space,
         (hold(space, domain, "left", 0),),
         (0.0, -3.0),
@@ -98,7 +98,7 @@ def pushed_in(problem, t):
 
     Free of strain, so it changes no history that starts from it; but at first touch the tangent is singular.
     """
-    run = Run(problem.body, Schedule(problem.end), problem.weight)
+    run = Simulation(problem.body, Schedule(problem.end), problem.weight)
     weight = -problem.body.amplitude(t) * run.ledger.load_resultant()[1]
 
     def imbalance(depth):
@@ -204,7 +204,7 @@ def controlled(make, rtol):
     """The package's run with error control, from first touch."""
     problem, t, u = make(), [], []
     landings = (*even(problem, CHECKS), problem.ramp_end)
-    run = Run(problem.body, Schedule(problem.end, landings, rtol, problem.ramp_end), problem.weight)
+    run = Simulation(problem.body, Schedule(problem.end, landings, rtol, problem.ramp_end), problem.weight)
 
     def on_step(step):
         t.append(step.t_s)

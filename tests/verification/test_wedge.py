@@ -12,7 +12,7 @@ import ufl
 from dolfinx import fem
 from problems import affine, block, displacement_space, hold, solid
 
-from cellmech.fem.coefficients import mixtures
+from cellmech.fem.coefficients import material_fields
 from cellmech.fem.outline import Outline, along, depth, slope
 from cellmech.mechanics.balance import Body
 from cellmech.mechanics.contact import Contact
@@ -60,7 +60,7 @@ def pressed():
     space = displacement_space(domain)
     body = Body(
         domain,
-        mixtures(domain, {"solid": solid("neo-hookean", YOUNG, POISSON)}),
+        material_fields(domain, {"solid": solid("neo-hookean", YOUNG, POISSON)}),
         space,
         (hold(space, domain, "left", 0), hold(space, domain, "top", 1, -PUSH)),
         contact=Contact("surface", fem.Constant(domain.mesh, 0.0), fem.Constant(domain.mesh, 0.0)),
