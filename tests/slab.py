@@ -8,7 +8,7 @@ from dolfinx import mesh as dmesh
 from mpi4py import MPI
 
 from cellmech.fem import jit
-from cellmech.fem.coefficients import mixtures
+from cellmech.fem.coefficients import material_fields
 from cellmech.fem.domain import Domain
 from cellmech.mechanics.balance import Body
 from cellmech.mechanics.kinematics import THREE_D
@@ -58,7 +58,7 @@ def _body(domain: Domain, order: int, foot: np.ndarray) -> Body:
     push = {"top": (PUSH, 0.0, 0.0)}
     return Body(
         domain,
-        mixtures(domain, materials),
+        material_fields(domain, materials),
         space,
         bcs,
         body_force=(0.0, 0.0, 0.0),

@@ -19,13 +19,13 @@ from cellmech.cell.setup import Setup
 from cellmech.errors import CellmechError
 from cellmech.fem import fenicsx
 from cellmech.scene.parts import Mesh
-from cellmech.solver.simulation import Run
+from cellmech.solver.simulation import Simulation
 
 UNKNOWNS = 12_000  # of the coarsest mesh, roughly
 WORTH = 4.0  # times as many unknowns, from which a guess is worth its own solution
 
 
-def begin_near(setup: Setup, run: Run, plan: MeshPlan, additions: Additions, log: Callable[[str], None]) -> None:
+def begin_near(setup: Setup, run: Simulation, plan: MeshPlan, additions: Additions, log: Callable[[str], None]) -> None:
     """Move a run's displacement to a first guess, if it is large and goes to its end state at once (collective)."""
     ratio = setup.dofs / UNKNOWNS
     if setup.kinematics.components < 3 or run.body.rate_dependent or run.schedule.load_steps or ratio < WORTH:
@@ -53,7 +53,7 @@ def begin_near(setup: Setup, run: Run, plan: MeshPlan, additions: Additions, log
     log(f"first guess: the equilibrium of {with_fewer.dofs} unknowns ({kind})")
 
 
-def _carried_over(first: Run, run: Run) -> np.ndarray:
+def _carried_over(first: Simulation, run: Simulation) -> np.ndarray:
     """The first run's displacement at the nodes of the other [µm], ghosts included, flat."""
     if first.body.domain.mesh is run.body.domain.mesh:
         return fenicsx.interpolated(first.state.u, run.body.space)

@@ -25,10 +25,10 @@ STEEPEST, LOWEST = 4 * N, slice(4 * N + 1, 4 * N + 3)  # pressure gradient; pres
 SIZE, INTEGRALS = 4 * N + 3, slice(4 * N + 4, 5 * N + 4)
 
 
-def state_quantities(state: State, mixture: Mixture) -> Any:
+def state_quantities(state: State, material: MaterialField) -> Any:
     """(sigma_Mises [Pa], J1, J2, J3 less their values at rest, pressure [Pa], det F) as a UFL vector.
 
-    sigma_Mises is the von Mises norm of the full 3-D Cauchy stress of the whole mixture, sigma_zz included; the
+    sigma_Mises is the von Mises norm of the full 3-D Cauchy stress of the whole material, sigma_zz included; the
     pressure is minus a third of its trace. J1, J2, J3 of a mixed solid have the volume of its pressure.
     """
     k = state.kinematics

@@ -21,7 +21,7 @@ from cellmech.cell.meshing import mesh_spec
 from cellmech.cell.observables import Layout, Ring
 from cellmech.errors import InputError, SolveError
 from cellmech.fem.boundary import boundary
-from cellmech.fem.coefficients import mixtures
+from cellmech.fem.coefficients import material_fields
 from cellmech.fem.domain import Domain, build_domain, whole
 from cellmech.fem.jit import displacement_space, pressure_space
 from cellmech.mechanics.balance import Body
@@ -39,7 +39,7 @@ from cellmech.scene.scene import Scene
 from cellmech.scene.substrate import facing, standing, symmetric
 from cellmech.solver.rigid_modes import rigid_modes
 from cellmech.solver.schedule import LOAD_STEPS, SMALL, Schedule
-from cellmech.solver.simulation import Run
+from cellmech.solver.simulation import Simulation
 from cellmech.solver.state import free_translations
 
 # Units inside: µm, s, Pa.

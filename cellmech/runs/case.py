@@ -107,7 +107,7 @@ def _solve(
     earlier_s = 0.0
     folder.write_text("scene.toml", scene_to_toml(scene))
     setup = Setup(scene, comm, plan, additions)
-    run: Run | None = None
+    run: Simulation | None = None
     stability: Stability | StabilityInSpace | None = None
     scalars: dict[str, Any] = {}
     series: list[tuple[float, str]] = []
@@ -198,7 +198,9 @@ def _solve(
     return result | scalars
 
 
-def _last_good_state(run: Run | None, scalars: dict[str, Any], stability: Stability | StabilityInSpace | None) -> str:
+def _last_good_state(
+    run: Simulation | None, scalars: dict[str, Any], stability: Stability | StabilityInSpace | None
+) -> str:
     """What the last accepted state, or else the last equilibrium on the way to the first, says about a failure."""
     if run is None or stability is None:
         return ""

@@ -27,7 +27,7 @@ from cellmech.fem.domain import Domain
 from cellmech.fem.jit import cellwise_space, compile_form
 from cellmech.mechanics.balance import Body
 from cellmech.mechanics.kinematics import green_lagrange
-from cellmech.mechanics.materials import Mixture
+from cellmech.mechanics.materials import MaterialField
 
 
 class ElementPressure:
@@ -46,7 +46,7 @@ class ElementPressure:
         self._comm, none = domain.mesh.comm, fem.Constant(domain.mesh, 0.0)
         E = green_lagrange(u, body.kinematics)
         dilatation, compliance = over(none * q), over(none * q * r)  # in every cell
-        for m in body.mixtures:
+        for m in body.materials:
             if m.mixed:
                 dilatation += over(m.solid_fraction * m.volumetric(E) * q, m.names)
                 compliance += over(m.solid_fraction / m.constants["lmbda"] * q * r, m.names)
@@ -58,9 +58,9 @@ class ElementPressure:
         du = ufl.TrialFunction(unknown.function_space)
         self._gradient = compile_form(ufl.derivative(dilatation, unknown, du), self._comm)
         self.B = petsc.create_matrix(self._gradient)
-        self.scale = self._scale(domain, body.mixtures, body.bulk_degree)
+        self.scale = self._scale(domain, body.materials, body.bulk_degree)
 
-    def _scale(self, domain: Domain, mixtures: Sequence[Mixture], degree: int) -> np.ndarray:
+    def _scale(self, domain: Domain, materials: Sequence[MaterialField], degree: int) -> np.ndarray:
         """mu/h [Pa/µm] of each own unknown: brings the gap to what it means in force."""
         constant = cellwise_space(domain.mesh)
         one, none = ufl.TestFunction(constant), fem.Constant(domain.mesh, 0.0)

@@ -45,7 +45,7 @@ from cellmech.fem.jit import PointValues
 from cellmech.mechanics.balance import Body
 from cellmech.mechanics.invariants import Invariants
 from cellmech.mechanics.kinematics import Kinematics, deformation_gradient, green_lagrange
-from cellmech.mechanics.materials import Mixture
+from cellmech.mechanics.materials import MaterialField
 from cellmech.names import coordinates
 from cellmech.solver.det_f import node_points, quadrature
 from cellmech.solver.ellipticity_in_space import EllipticityInSpace, StabilityInSpace
@@ -117,7 +117,7 @@ class Ellipticity:
             cells, groups = tags.indices[mine], tags.values[mine]
             share = fem.Constant(mesh, 1.0) * material.solid_fraction
             solid = PointValues(share, points, mesh.comm)(cells).ravel() > 0
-            values = PointValues(moduli(u, mixture, body.kinematics), points, mesh.comm)
+            values = PointValues(moduli(u, material, body.kinematics), points, mesh.comm)
             self._parts.append((cells, values, solid, place(cells).reshape(-1, 2), np.repeat(groups, len(points))))
 
     def find(self) -> Stability:
@@ -205,7 +205,7 @@ def yeoh_bounds(beta_over_mu: float) -> tuple[float | None, float | None]:
     return below, beyond
 
 
-def moduli(u: fem.Function, mixture: Mixture, kinematics: Kinematics) -> Any:
+def moduli(u: fem.Function, material: MaterialField, kinematics: Kinematics) -> Any:
     """F, S and dS/dE of the solid, the last two over mu of the point [-], as a UFL vector of length 4 + 3 + 6.
 
     F is (F11, F12, F21, F22). W is taken as a function of E11, E12, E22, which waves in the plane change: S is then
@@ -214,8 +214,8 @@ def moduli(u: fem.Function, mixture: Mixture, kinematics: Kinematics) -> Any:
     E = green_lagrange(u, kinematics)
     e = [ufl.variable(E[0, 0]), ufl.variable(E[0, 1]), ufl.variable(E[1, 1])]
     plane = ufl.as_matrix([[e[0], e[1], 0.0], [e[1], e[2], 0.0], [0.0, 0.0, E[2, 2]]])
-    W = mixture.law(Invariants(plane), **mixture.constants)
+    W = material.law(Invariants(plane), **material.constants)
     S = [ufl.diff(W, e[k]) for k in range(3)]
     C = [ufl.diff(S[k], e[m]) for k in range(3) for m in range(k, 3)]
-    F, mu = deformation_gradient(u, kinematics), mixture.constants["mu"]
+    F, mu = deformation_gradient(u, kinematics), material.constants["mu"]
     return ufl.as_vector([F[0, 0], F[0, 1], F[1, 0], F[1, 1], *(value / mu for value in (*S, *C))])

@@ -21,7 +21,7 @@ from cellmech.fem.jit import PointValues
 from cellmech.mechanics.balance import Body
 from cellmech.mechanics.invariants import GivenInvariants, Invariants
 from cellmech.mechanics.kinematics import Kinematics, deformation_gradient, green_lagrange
-from cellmech.mechanics.materials import Mixture
+from cellmech.mechanics.materials import MaterialField
 from cellmech.names import coordinates
 from cellmech.solver.det_f import node_points, quadrature
 from cellmech.solver.waves_in_space import SpaceWaves
@@ -84,10 +84,10 @@ class EllipticityInSpace:
         place = ufl.as_vector([*ufl.SpatialCoordinate(mesh), *(F[i, j] for i in range(3) for j in range(3))])
         self._place = PointValues(place, self._points, mesh.comm)
         self._parts = []
-        for mixture in body.mixtures:
-            mine = np.isin(tags.values, [numbers[name] for name in mixture.names]) & (tags.indices < owned)
-            moduli = PointValues(isotropic_moduli(u, mixture, body.kinematics), self._points, mesh.comm)
-            share = PointValues(fem.Constant(mesh, 1.0) * mixture.solid_fraction, self._points, mesh.comm)
+        for material in body.materials:
+            mine = np.isin(tags.values, [numbers[name] for name in material.names]) & (tags.indices < owned)
+            moduli = PointValues(isotropic_moduli(u, material, body.kinematics), self._points, mesh.comm)
+            share = PointValues(fem.Constant(mesh, 1.0) * material.solid_fraction, self._points, mesh.comm)
             self._parts.append((tags.indices[mine], tags.values[mine], moduli, share))
 
     def find(self) -> StabilityInSpace:
@@ -99,7 +99,7 @@ class EllipticityInSpace:
     def _of_part(
         self, cells: np.ndarray, groups: np.ndarray, moduli: PointValues, share: PointValues
     ) -> Iterator[StabilityInSpace]:
-        """The least of some of this rank's cells of one mixture at a time."""
+        """The least of some of this rank's cells of one material at a time."""
         for some in np.array_split(np.arange(len(cells)), -(-len(cells) // AT_ONCE) or 1):
             solid = np.flatnonzero(share(cells[some]).ravel() > 0)
             if not len(solid):
@@ -153,15 +153,15 @@ def _principal(entries: np.ndarray) -> np.ndarray:
     return np.stack([mean - half, mean + half, zz])
 
 
-def isotropic_moduli(u: fem.Function, mixture: Mixture, kinematics: Kinematics) -> Any:
+def isotropic_moduli(u: fem.Function, material: MaterialField, kinematics: Kinematics) -> Any:
     """E (as `STRAINS`), W's derivatives by t = tr E, q = tr E^2, d = det E, and by tt, tq, td, qq, qd, dd, over mu [-].
 
     A UFL vector of length 6 + 3 + 6.
     """
-    E, mu = green_lagrange(u, kinematics), mixture.constants["mu"]
+    E, mu = green_lagrange(u, kinematics), material.constants["mu"]
     invariants = Invariants(E)
     of = [ufl.variable(value) for value in (invariants.trace, invariants.square, invariants.third)]
-    W = mixture.law(GivenInvariants(E, *of), **mixture.constants)
+    W = material.law(GivenInvariants(E, *of), **material.constants)
     first = [ufl.diff(W, one) for one in of]
     second = [ufl.diff(first[a], of[b]) for a in range(3) for b in range(a, 3)]
     return ufl.as_vector([*(E[i, j] for i, j in STRAINS), *(value / mu for value in (*first, *second))])

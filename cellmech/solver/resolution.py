@@ -69,7 +69,7 @@ def stretches(run: Simulation, axis: float | None) -> list[Stretch]:
     return [Stretch(one.edges, one.share / total, one.half_width_um, one.depth_um) for one in found if total > 0.0]
 
 
-def _patches(run: Run, surface: Surface, contact: Contact) -> list[Stretch]:
+def _patches(run: Simulation, surface: Surface, contact: Contact) -> list[Stretch]:
     """The contact with each obstacle that is touched, in space; edges are of a right-angled facet of their size."""
     found, u = [], run.state.u
     corners = surface.nodes(u)[:, :3]
@@ -137,7 +137,7 @@ def missed(run: Simulation) -> float:
     return float(np.linalg.norm(fine - told)) / largest if largest else 0.0
 
 
-def _finely_on_the_outline(run: Run, outline: Outline) -> np.ndarray:
+def _finely_on_the_outline(run: Simulation, outline: Outline) -> np.ndarray:
     """The force of the surface form [Pa µm or pN], anew over the deformed outline; shape (2,). Collective."""
     contact = run.body.contact
     assert contact is not None
@@ -155,7 +155,7 @@ def _finely_on_the_outline(run: Run, outline: Outline) -> np.ndarray:
     return run.comm.allreduce(force)
 
 
-def _finely(run: Run) -> np.ndarray:
+def _finely(run: Simulation) -> np.ndarray:
     """The contact's force [Pa µm or pN] by quadrature of a higher degree, a component each. Collective."""
     degree = min(INSIDE * run.body.contact_degree, MOST_DEGREE)
     w, body = ufl.TestFunction(run.body.space), replace(run.body, contact_degree=degree)

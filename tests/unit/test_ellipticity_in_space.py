@@ -5,7 +5,7 @@ import pytest
 from problems import LAW_NAMES, affine, block, displacement_space, moduli, solid, wet
 from scipy.optimize import brentq
 
-from cellmech.fem.coefficients import mixtures
+from cellmech.fem.coefficients import material_fields
 from cellmech.mechanics.balance import Body
 from cellmech.mechanics.kinematics import AXISYMMETRIC, PLANE_STRAIN
 from cellmech.mechanics.moduli import lame
@@ -21,7 +21,7 @@ def look_at(law, H, kinematics=PLANE_STRAIN, **fluid):
     domain = block()
     domain.mesh.geometry.x[:, 0] += 1.0  # a turned one is off its axis
     material = wet(law, YOUNG, POISSON, **fluid) if fluid else solid(law, YOUNG, POISSON)
-    body = Body(domain, mixtures(domain, {"solid": material}), displacement_space(domain), kinematics=kinematics)
+    body = Body(domain, material_fields(domain, {"solid": material}), displacement_space(domain), kinematics=kinematics)
     state = State(body)
     state.u.x.array[:] = affine(body.space, H)
     return Ellipticity(body, state.u).find(), EllipticityInSpace(body, state.u).find()

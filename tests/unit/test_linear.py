@@ -12,7 +12,7 @@ from problems import block, displacement_space, solid
 from slab import LEVELS, PUSH, slab
 
 from cellmech.causes import Cause
-from cellmech.fem.coefficients import mixtures
+from cellmech.fem.coefficients import material_fields
 from cellmech.fem.jit import compile_form
 from cellmech.mechanics.balance import Body, equilibrium
 from cellmech.solver import coarse, linear, room
@@ -184,7 +184,7 @@ def test_choice_goes_by_geometry_and_size(body, monkeypatch):
     assert choose(body).multigrid
     domain = block(nx=2, ny=2)
     monkeypatch.setattr(linear, "LARGE", 0)
-    plane = Body(domain, mixtures(domain, {"solid": solid()}), displacement_space(domain))
+    plane = Body(domain, material_fields(domain, {"solid": solid()}), displacement_space(domain))
     assert choose(plane) == Choice(False)
 
 

@@ -10,7 +10,7 @@ from dolfinx.fem import petsc
 from manufactured import nodal, symbolic
 from problems import affine, block, displacement_space, hold, layered_disc, prescribe, rows_ring, solid, wet
 
-from cellmech.fem.coefficients import mixtures
+from cellmech.fem.coefficients import material_fields
 from cellmech.fem.jit import PointValues, compile_form
 from cellmech.fem.outline import along, depth, slope
 from cellmech.mechanics.balance import Body, equilibrium, internal_work, stored_energy
@@ -41,7 +41,7 @@ def test_equal_stretch_in_and_around_is_reproduced_to_round_off(order, ladder):
     exact.x.array[:] = affine(space, [[0.15, 0.0], [0.0, -0.2]], (0.0, 0.3))
     material = wet("mooney-rivlin", fluid_lambda=4.0, fluid_mu=2.0)
     bcs = (prescribe(space, domain, ("outer",), exact), hold(space, domain, "axis", 0))
-    materials = mixtures(domain, dict.fromkeys(domain.cells, material))
+    materials = material_fields(domain, dict.fromkeys(domain.cells, material))
     body = Body(domain, materials, space, bcs, bulk_degree=6, kinematics=AXISYMMETRIC)  # exact on curved sides, too
     state = State(body)
     state.ddt.set(bdf.coefficients([0.5, 0.25]))
@@ -90,7 +90,7 @@ def manufactured_errors(n, order, degree):
     boundary = fem.Function(space)
     boundary.x.array[:] = nodal(space)
     held = (prescribe(space, domain, tuple(domain.facets), boundary),)
-    materials = mixtures(domain, {"solid": solid("neo-hookean", YOUNG, POISSON)})
+    materials = material_fields(domain, {"solid": solid("neo-hookean", YOUNG, POISSON)})
     body = Body(domain, materials, space, held, body_force=force, bulk_degree=degree, kinematics=AXISYMMETRIC)
     state = State(body)
     state.u.x.array[:] = boundary.x.array
@@ -121,7 +121,7 @@ def test_turned_energy_and_tangent_are_derivatives(form, ladder):
     material = wet("yeoh", YOUNG, POISSON, fluid_lambda=4.0, fluid_mu=2.0)
     body = Body(
         domain,
-        mixtures(domain, {"solid": material}),
+        material_fields(domain, {"solid": material}),
         space,
         body_force=(0.0, -0.5),
         contact=contact,
@@ -201,7 +201,7 @@ def test_pressurised_thick_sphere_is_lames(name, ladder):
         space = displacement_space(domain)
         body = Body(
             domain,
-            mixtures(domain, {key: solid("neo-hookean", young, nu) for key, (_, young, nu) in layers.items()}),
+            material_fields(domain, {key: solid("neo-hookean", young, nu) for key, (_, young, nu) in layers.items()}),
             space,
             (hold(space, domain, "axis_x", 1), hold(space, domain, "axis_y", 0)),
             tractions={"inner": -PRESSURE * ufl.FacetNormal(domain.mesh)},
@@ -251,7 +251,7 @@ def pressed_ball(load):
     space = displacement_space(domain)
     body = Body(
         domain,
-        mixtures(domain, {"ball": solid("saint-venant", STIFF, POISSON)}),
+        material_fields(domain, {"ball": solid("saint-venant", STIFF, POISSON)}),
         space,
         (hold(space, domain, "axis", 0),),
         (0.0, -load / AXISYMMETRIC.ball(RADIUS)),

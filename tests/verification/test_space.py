@@ -9,7 +9,7 @@ from dolfinx.fem import petsc
 from mpi4py import MPI
 from problems import displacement_space, domain_of, moduli, prescribe, solid, wet
 
-from cellmech.fem.coefficients import mixtures
+from cellmech.fem.coefficients import material_fields
 from cellmech.fem.domain import build_domain
 from cellmech.fem.jit import compile_form
 from cellmech.mechanics.balance import Body, equilibrium, internal_work, stored_energy
@@ -47,7 +47,7 @@ def test_curved_layered_ball_reproduces_an_affine_displacement(ladder):
     exact = fem.Function(space)
     exact.x.array[:] = affine(space, H, (0.3, -0.2, 0.1))
     sides = ("outer", "symmetry x", "symmetry z")
-    materials = mixtures(domain, dict.fromkeys(domain.cells, solid("mooney-rivlin", YOUNG, POISSON)))
+    materials = material_fields(domain, dict.fromkeys(domain.cells, solid("mooney-rivlin", YOUNG, POISSON)))
     body = Body(
         domain, materials, space, (prescribe(space, domain, sides, exact),), (0.0, 0.0, 0.0), kinematics=THREE_D
     )
@@ -79,7 +79,7 @@ def manufactured_errors(n):
     boundary = fem.Function(space)
     boundary.x.array[:] = np.stack(chosen(space.tabulate_dof_coordinates().T, np.sin, np.cos), axis=1).ravel()
     held = (prescribe(space, domain, ("sides", "outer"), boundary),)
-    materials = mixtures(domain, {"solid": solid("neo-hookean", YOUNG, POISSON)})
+    materials = material_fields(domain, {"solid": solid("neo-hookean", YOUNG, POISSON)})
     body = Body(domain, materials, space, held, body_force=-ufl.div(P), kinematics=THREE_D)
     state = State(body)
     state.u.x.array[:] = boundary.x.array
@@ -109,7 +109,7 @@ def test_energy_and_tangent_in_space_are_derivatives(form, ladder):
     )
     contact = Contact(form, fem.Constant(mesh, 20.0), fem.Constant(mesh, 0.2))
     material = wet("yeoh", YOUNG, POISSON, fluid_lambda=4.0, fluid_mu=2.0)
-    materials = mixtures(domain, {"solid": material})
+    materials = material_fields(domain, {"solid": material})
     load = {"body_force": (0.1, -0.5, 0.2), "density": 0.3}
     body = Body(domain, materials, space, contact=contact, obstacles=obstacles, kinematics=THREE_D, **load)
     state, rng = State(body), np.random.default_rng(4)
