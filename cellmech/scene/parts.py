@@ -25,6 +25,9 @@ LARGEST_UM = 1e5
 # Defaults of the elements by the displacement's order, of one accuracy (benchmarks/accuracy.py).
 MOST_ACROSS = 8  # elements across a thin layer
 SECOND_ORDER: dict[str, float] = {"size_um": 0.6, "thin_layers": 2}
+IN_SPACE: dict[int, dict[str, float]] = {
+    order: {"size_um": um, "thin_layers": 1} for order, um in ((1, 1.2), (2, 1.2), (3, 3.6))
+}
 Length = Annotated[float, Number("µm", above=0, most=LARGEST_UM)]
 Position = Annotated[float, Number("µm", least=-LARGEST_UM, most=LARGEST_UM)]
 Density = Annotated[float, Number("kg/m3", least=0, most=1e6)]
@@ -258,7 +261,7 @@ class Mesh(Table):
     """
 
     size_um: Length = 2.4
-    """Size of the elements away from interfaces and contact; 0.6 for second and first order."""
+    """Size of the elements away from interfaces and contact; 0.6 for second and first order, in 3-D 1.2, and 3.6."""
     contact_size_um: Length | None = None
     """Size at the contact; if left out, chosen by the program, which follows narrow contacts."""
     thin_layers: Annotated[int, Whole(1, MOST_ACROSS)] = 1

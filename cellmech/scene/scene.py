@@ -7,7 +7,7 @@ from typing import Self
 from pydantic import model_validator
 
 from cellmech.scene.inputs import Inputs
-from cellmech.scene.parts import Mesh
+from cellmech.scene.parts import IN_SPACE, Mesh
 from cellmech.scene.rules import breaches
 from cellmech.scene.substrate import crowded, smallest_shape
 from cellmech.scene.value_types import broken
@@ -37,6 +37,15 @@ class Scene(Inputs):
                 object.__setattr__(self, "array", self.array.model_copy(update={"profile": "round"}))
         return self
 
+    @model_validator(mode="before")
+    @classmethod
+    def _mesh_of_space(cls, data: object) -> object:
+        """The sizes of tetrahedra, where none are written."""
+        if not (isinstance(data, dict) and isinstance(data.get("cell"), dict) and data["cell"].get("geometry") == "3d"):
+            return data
+        mesh = data.get("mesh", {})
+        return {**data, "mesh": {**IN_SPACE.get(mesh.get("order", 3), {}), **mesh}} if isinstance(mesh, dict) else data
+
     @model_validator(mode="after")
     def _shape_of_the_symmetry(self) -> Self:
         if self.cell.geometry == "3d" and "shape" not in self.cell.model_fields_set and not crowded(self):
@@ -48,11 +57,12 @@ class Scene(Inputs):
         """Second order where third would not do and the scene names none.
 
         Second order has a mixed form. And a fluid without solid shears without resistance, in which elements of third
-        order turn inside out. In 3-D it is the usual one.
+        order turn inside out. Tetrahedra have no mixed form.
         """
         mesh, written = self.mesh, self.mesh.model_fields_set
         mixed = mesh.pressure == "mixed" or (mesh.pressure == "auto" and self.nearly_incompressible())
-        if "order" not in written and (mixed or self.without_solid() or self.cell.geometry == "3d"):
+        mixed = mixed and self.cell.geometry != "3d"
+        if "order" not in written and (mixed or self.without_solid()):
             second = Mesh.model_validate({"order": 2} | {name: getattr(mesh, name) for name in written})
             object.__setattr__(self, "mesh", second)
         return self

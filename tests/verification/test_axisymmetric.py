@@ -22,7 +22,7 @@ from cellmech.mesh.disc import Grading
 from cellmech.solver import bdf
 from cellmech.solver.newton import Solver
 from cellmech.solver.schedule import Schedule
-from cellmech.solver.simulation import Run
+from cellmech.solver.simulation import Simulation
 from cellmech.solver.state import State
 
 YOUNG, POISSON = 10.0, 0.3
@@ -259,7 +259,7 @@ def pressed_ball(load):
         obstacles=(FLAT,),
         kinematics=AXISYMMETRIC,
     )
-    run = Run(body, Schedule(1.0), load)
+    run = Simulation(body, Schedule(1.0), load)
     run.run(lambda step: None)
     assert run.ledger.contact_force()[1] == pytest.approx(load, rel=1e-4)
     points, weight = np.polynomial.legendre.leggauss(20)
