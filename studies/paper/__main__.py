@@ -57,6 +57,7 @@ def _parser() -> argparse.ArgumentParser:
     add("effective-study", _effective_study, "the reading that fits best: paper-effective.toml", "studies")
     fits = add("fit-readings", _fit_readings, "fit a reading to some figures, predict the others: reading-fits.md")
     fits.add_argument("--only", action="append", default=[], metavar="NAME", help="this fit; can be repeated")
+    add("geometries", _geometries, "Table 1 in three geometries beside the print: geometries.md and .csv")
     add("stresses", _stresses, "which von Mises stress fits the print, in the best reading: stresses.md and .csv")
     calibrate = add("calibrate", _calibrate, "fit open inputs: calibration.md and .csv; saint-venant-limit.toml")
     calibrate.add_argument("--set", nargs="+", default=[], metavar="KEY=VALUE", help="overrides of every scene")
@@ -156,6 +157,14 @@ def _stresses(options: argparse.Namespace) -> list[str]:
 
     section = stresses.stress_section(readings.named(readings.EFFECTIVE), read_paper(options.paper), _say)
     _write_sections(_figures(options), "stresses", [section])
+    return []
+
+
+def _geometries(options: argparse.Namespace) -> list[str]:
+    from studies.paper.geometries import geometries_section
+
+    section = geometries_section(options.results / "geometries", read_paper(options.paper))
+    _write_sections(_figures(options), "geometries", [section])
     return []
 
 
