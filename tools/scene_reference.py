@@ -19,7 +19,7 @@ from typing import Any, get_args, get_origin
 from cellmech.mechanics.laws import LAWS
 from cellmech.scene.parts import LAYER_NAMES, Layers, Table
 from cellmech.scene.scene import Scene
-from cellmech.scene.value_types import Choice, Constants, Flag, Line, Number, Whole
+from cellmech.scene.value_types import Choice, Constants, Flag, Line, Number, Pair, Whole
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "scene.md"
 BEGIN, END = "<!-- keys: from the schema -->", "<!-- keys: end -->"
@@ -82,14 +82,17 @@ def rows(tables: Sequence[type[Table]], key: str) -> tuple[str, ...]:
 def rule(field: Any) -> tuple[str, str, str]:
     """Type, unit and what is allowed, from the check that the schema applies."""
     check = next(checks(field.metadata, field.annotation), None)
-    if isinstance(check, Number):
+    if isinstance(check, Number | Pair):
+        pair, check = isinstance(check, Pair), check.number if isinstance(check, Pair) else check
         words = check.rule.removeprefix("must be a finite number ").replace(check.unit or "\0", "")
         numbers = "list of numbers" if get_origin(field.annotation) is tuple else "number"
+        numbers = "two numbers" if pair else numbers
         words = " ".join(words.split()).replace(">=", "≥").replace("<=", "≤")
         return numbers, NONE if check.unit in ("", "(no unit)") else check.unit, words
     if isinstance(check, Whole):
         only = check.least == check.most
-        return "whole number", NONE, f"{check.least}" if only else f"{check.least} to {check.most}"
+        words = "".join(f', `"{word}"`' for word in check.words)
+        return "whole number", NONE, f"{check.least}" if only else f"{check.least} to {check.most}{words}"
     if isinstance(check, Flag):
         return "switch", NONE, ", ".join(["`true`", "`false`", *(f'`"{word}"`' for word in check.words)])
     if isinstance(check, Choice):
@@ -105,7 +108,7 @@ def rule(field: Any) -> tuple[str, str, str]:
 
 def checks(metadata: Sequence[Any], annotation: Any) -> Iterator[Any]:
     """The checks of a key, which stand beside its type or beside a member of it."""
-    yield from (one for one in metadata if isinstance(one, Number | Whole | Flag | Choice | Line | Constants))
+    yield from (one for one in metadata if isinstance(one, Number | Pair | Whole | Flag | Choice | Line | Constants))
     for member in get_args(annotation):
         yield from checks(getattr(member, "__metadata__", ()), member)
 
@@ -123,10 +126,10 @@ def shown(default: Any) -> str:
         return NONE
     if isinstance(default, bool):
         return f"`{str(default).lower()}`"
-    if isinstance(default, Table) or (isinstance(default, tuple) and default):
+    if isinstance(default, Table) or (isinstance(default, tuple) and any(isinstance(one, Table) for one in default)):
         return "Table 1's"
     if isinstance(default, tuple):
-        return "`[]`"
+        return f"`{list(default)}`"
     return f'`"{default}"`' if isinstance(default, str) else f"`{default!r}`"
 
 
