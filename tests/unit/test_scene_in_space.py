@@ -35,9 +35,9 @@ def pillar(profile: str = "round", **keys: float) -> str:
 # Keys and defaults
 
 
-def test_defaults_in_space_are_a_quarter_ball_of_second_order_on_a_round_pillar():
+def test_defaults_in_space_are_a_quarter_ball_of_third_order_on_a_round_pillar():
     scene = scene_of(SPACE)
-    assert (scene.cell.shape, scene.copies, scene.mirrors, scene.mesh.order) == ("quarter", 4, "xz", 2)
+    assert (scene.cell.shape, scene.copies, scene.mirrors, scene.mesh.order) == ("quarter", 4, "xz", 3)
     ((index, mirrored, arch),) = standing(scene)
     assert (index, mirrored, arch) == (0, "", RoundPillar(0.0, -10.0, 0.0, 10.0, 9.5, 4.0))
 
