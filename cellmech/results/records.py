@@ -15,7 +15,7 @@ from numbers import Integral, Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cellmech.results.sealed import file_hashes, json_text, plain, sealed
+from cellmech.results.sealed import file_hashes, plain, sealed
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -234,14 +234,6 @@ class CaseFolder:
         if self.lead and self._fault is None:
             with self._tried():
                 write_whole(self.path / name, text)
-
-    def write_json(self, name: str, data: Mapping[str, Any]) -> None:
-        """Write a file of the folder as JSON, whole or not at all.
-
-        Raises:
-            ValueError, TypeError: as `plain`, on every rank.
-        """
-        self.write_text(name, json_text(data))
 
     @contextmanager
     def replace_with(self, name: str) -> Iterator[Path]:
