@@ -37,7 +37,7 @@ def test_mutants_are_spread_over_the_program():
         "contact",
         "balance",
         "bdf",
-        "stepping",
+        "time_steps",
         "energy_balance",
     }
     assert parts >= {
