@@ -11,16 +11,16 @@ from cellmech.doors import door
 
 if TYPE_CHECKING:  # what type checkers see of the names below
     from cellmech.cell.additions import Additions
-    from cellmech.cell.lattice import lattice
     from cellmech.cell.layering import mesh_plan
     from cellmech.cell.observables import Observer
     from cellmech.cell.setup import Setup
+    from cellmech.cell.subdivision import lattice
 
 _HOMES = {
     "Additions": "additions",
     "Observer": "observables",
     "Setup": "setup",
-    "lattice": "lattice",
+    "lattice": "subdivision",
     "mesh_plan": "layering",
 }
 __all__ = list(_HOMES)

@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from cellmech.cell.lattice import lattice, lattice_pieces
 from cellmech.cell.samples import (
     DET_F,
     INTEGRALS,
@@ -30,6 +29,7 @@ from cellmech.cell.samples import (
     merge,
 )
 from cellmech.cell.shape import nucleus_shape
+from cellmech.cell.subdivision import lattice, lattice_pieces
 from cellmech.errors import MeshError
 from cellmech.fem.boundary import boundary
 from cellmech.fem.outline import Outline

@@ -11,9 +11,9 @@ import pytest
 import ufl
 from mpi4py import MPI
 
-from cellmech.cell.lattice import lattice
 from cellmech.cell.layering import MeshPlan, mesh_plan
 from cellmech.cell.setup import Setup, material, obstacles_of, ramp, smeared_weights
+from cellmech.cell.subdivision import lattice
 from cellmech.errors import SolveError
 from cellmech.fem.jit import PointValues
 from cellmech.mechanics.laws import yeoh_in_plane

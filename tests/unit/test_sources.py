@@ -1,6 +1,7 @@
 """What a number depends on: the modules that solving a case imports, and no others."""
 
 import ast
+import importlib
 
 import pytest
 
@@ -107,3 +108,13 @@ def test_modules_are_those_that_python_itself_finds():
             elif isinstance(node, ast.Import):
                 found |= {alias.name for alias in node.names if alias.name.startswith("cellmech")}
         assert found <= set(sources._imports(text, PACKAGE.name)), name
+
+
+def test_no_room_hands_on_a_name_that_a_module_of_it_has():
+    """Once that module is imported, the name would be the module, and no longer what the door leads to."""
+    doors = [place for place in PACKAGE.glob("**/__init__.py") if "door(" in place.read_text(encoding="utf-8")]
+    assert len(doors) > 5
+    for place in doors:
+        modules = {other.stem for other in place.parent.glob("*.py")}
+        room = importlib.import_module(".".join(("cellmech", *place.parent.relative_to(PACKAGE).parts)))
+        assert not modules & set(room.__all__), place.parent.name

@@ -8,9 +8,9 @@ import ufl
 from manufactured import POISSON, YOUNG, body_with, plane_gradient, solid_piola, solved, symbolic
 from problems import moduli, rows_ring, solid
 
-from cellmech.cell.lattice import lattice
 from cellmech.cell.observables import REPORTED
 from cellmech.cell.samples import PRESSURE, PressureGradient, Samples, state_quantities
+from cellmech.cell.subdivision import lattice
 from cellmech.fem.jit import PointValues
 from cellmech.solver.det_f import quadrature
 
