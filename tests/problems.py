@@ -97,9 +97,9 @@ def prescribe(space: Any, domain: Domain, groups: Sequence[str], values: fem.Fun
     return fem.dirichletbc(values, fem.locate_dofs_topological(space, domain.facet_tags.dim, facets))
 
 
-def affine(space: Any, H: Any, offset: Sequence[float] = (0.0, 0.0)) -> np.ndarray:
-    """Nodal values of u = H X + offset, flat."""
-    X = space.tabulate_dof_coordinates()[:, :2]
+def affine(space: Any, H: Any, offset: Sequence[float] | float = 0.0) -> np.ndarray:
+    """Nodal values of u = H X + offset, flat, in the plane or in space."""
+    X = space.tabulate_dof_coordinates()[:, : len(H)]
     return (X @ np.asarray(H, dtype=float).T + np.asarray(offset)).ravel()
 
 

@@ -8,7 +8,7 @@ volume. To add an observable: a method that returns a number, called in `Observe
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -68,7 +68,6 @@ class Layout:
 
     Args:
         centre: of the cell at the start, as many coordinates as the mesh has [µm].
-        half: whether its section at z = 0 is half a disc.
         mirrored: coordinates whose planes of symmetry bound what is modelled.
         copies: how many times the modelled part makes the whole cell.
         regions: reported regions by name.
@@ -79,7 +78,6 @@ class Layout:
     """
 
     centre: tuple[float, ...]
-    half: bool
     mirrored: tuple[int, ...]
     copies: int
     regions: Mapping[str, Ring]
@@ -87,6 +85,11 @@ class Layout:
     pillars: tuple[Upright, ...]
     lift_um: float = 0.0
     slide_um: float = 0.0
+
+    @property
+    def half(self) -> bool:
+        """True if the modelled section at z = 0 is half a disc."""
+        return 0 in self.mirrored
 
 
 class Observer:
@@ -115,7 +118,6 @@ class Observer:
         self._fine: Samples | None = None
         self.regions = {name: self._region(name) for name in layout.regions}
         self.nucleus = boundary(body.domain, body.space, "nucleus_outline", layout.mirrored)
-        self.surface = boundary(body.domain, body.space, "outer", layout.mirrored)
         self.peaks: dict[str, dict[str, tuple[float, float]]] = {name: {} for name in layout.regions}
 
     def _region(self, name: str) -> Region:
@@ -247,13 +249,11 @@ class Observer:
         u = self.run.state.u
         if isinstance(self.nucleus, Surface):
             section = self.nucleus.section_moments(u, level=self.layout.centre[2])
-            length, area = section.length, section.area
+            half_length, half_area = section.length / 2, section.area / 2
             bottom, top = (self.nucleus.pole(u, sign) for sign in (-1.0, 1.0))
         else:
-            length, area = self.nucleus.extent(u)
+            half_length, half_area = (modelled / (1 if self.layout.half else 2) for modelled in self.nucleus.extent(u))
             bottom, top = (self._position(self.nucleus, sign) for sign in (-1.0, 1.0))
-        halved = self.layout.half and not isinstance(self.nucleus, Surface)  # whose sections are whole
-        half_length, half_area = (whole / (1 if halved else 2) for whole in (length, area))
         straight = float(np.linalg.norm(top - bottom))
         index = {
             "full": 4 * np.pi * 2 * half_area / (2 * half_length) ** 2,
@@ -282,14 +282,16 @@ class Observer:
         obstacles: tuple[Obstacle, ...] = (*run.body.obstacles, *run.out_of_reach)
         if run.body.contact is not None and obstacles:
             contact = run.body.contact
-            depth = self.surface.max_depth(run.state.u, obstacles)
+            outline, u = run.outline, run.state.u
+            depth = outline.max_depth(u, obstacles)
             result["max_depth_um"] = max(depth, 0.0)
             result["max_pressure_Pa"] = contact.pressure_at(depth)
-            if isinstance(self.surface, Surface):
-                patch = self.surface.contact_area(run.state.u, obstacles, contact.threshold_um)
-                result |= {"half_width_um": patch.radius_um, "area_um2": patch.area_um2}
+            if isinstance(outline, Surface):
+                modelled = outline.contact_area(u, obstacles, contact.threshold_um)
+                whole = replace(modelled, area_um2=modelled.area_um2 * layout.copies)
+                result |= {"half_width_um": whole.radius_um, "area_um2": whole.area_um2}
             else:
-                length = self.surface.contact_length_x(run.state.u, obstacles, contact.threshold_um)
+                length = outline.contact_length_x(u, obstacles, contact.threshold_um)
                 result["half_width_um"] = length if layout.half else length / 2
         return result
 

@@ -30,13 +30,12 @@ from cellmech.mechanics.kinematics import GEOMETRIES
 from cellmech.mechanics.laws import LAWS
 from cellmech.mechanics.materials import Material
 from cellmech.mechanics.obstacles import Flat, Obstacle, Pillar
-from cellmech.mechanics.pillars import RoundPillar, SquarePillar
 from cellmech.mesh.ball import BallSpec
 from cellmech.mesh.disc import DiscSpec
 from cellmech.scene.parts import LAYER_NAMES, LayerName
 from cellmech.scene.placement import STEEP, Placement, placement, rest_beside, slope_at
 from cellmech.scene.scene import Scene
-from cellmech.scene.substrate import facing, standing, symmetric
+from cellmech.scene.substrate import Upright, facing, standing, symmetric
 from cellmech.solver.rigid_modes import rigid_modes
 from cellmech.solver.schedule import LOAD_STEPS, SMALL, Schedule
 from cellmech.solver.simulation import Simulation
@@ -275,12 +274,11 @@ class Setup:
         groups |= {name: own for name, own in pieces.items() if own}
         return Layout(
             centre=self.centre,
-            half="x" in scene.mirrors,
             mirrored=tuple("xyz".index(axis) for axis in scene.mirrors),
             copies=scene.copies,
             regions=regions,
             groups=groups,
-            pillars=tuple(o for o in self.obstacles.values() if isinstance(o, Pillar | RoundPillar | SquarePillar)),
+            pillars=tuple(o for o in self.obstacles.values() if isinstance(o, Upright)),
             lift_um=self.lift_um,
             slide_um=self.place.slide_um,
         )

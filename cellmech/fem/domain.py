@@ -49,6 +49,12 @@ class Domain:
         """Numbers of the cells that this rank owns, shape (n,)."""
         return np.arange(self.mesh.topology.index_map(self.mesh.topology.dim).size_local, dtype=np.int32)
 
+    def own_of(self, names: Iterable[str]) -> tuple[np.ndarray, np.ndarray]:
+        """Cells of the named groups that this rank owns, and the numbers of their groups, shape (n,) each."""
+        tags = self.cell_tags
+        mine = np.isin(tags.values, [self.cells[name] for name in names]) & (tags.indices < len(self.own_cells))
+        return tags.indices[mine], tags.values[mine]
+
     def dx(self, degree: int, names: Iterable[str] | None = None) -> ufl.Measure:
         """Cells of the named groups, all cells by default, with this quadrature degree."""
         return self._measure("dx", self.cell_tags, self.cells, degree, names)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from cellmech.mesh.disc import Grading, check, layer_rules, mesh_rules
+from cellmech.mesh.disc import TABLE_1, Grading, check, layer_rules, mesh_rules
 from cellmech.mesh.sizes import Zone
 
 SYMMETRIC = {"quarter": ("x", "z"), "half": ("x",), "full": ()}  # planes that bound a shape
@@ -38,12 +38,7 @@ class BallSpec:
 
     shape: str = "quarter"
     centre: tuple[float, float, float] = (0.0, 9.5, 0.0)
-    interfaces: tuple[tuple[str, float], ...] = (
-        ("nucleoplasm", 4.9),
-        ("lamina", 5.0),
-        ("cytosol", 9.5),
-        ("membrane", 10.0),
-    )
+    interfaces: tuple[tuple[str, float], ...] = TABLE_1
     nucleus_radius_um: float = 5.0
     size_um: float = 2.4
     outline_size_um: float | None = None

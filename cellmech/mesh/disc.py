@@ -12,6 +12,10 @@ from cellmech.errors import InputError
 Rule = tuple[str, str, object, bool]  # key, rule, value got, whether it holds
 
 
+TABLE_1 = (("nucleoplasm", 4.9), ("lamina", 5.0), ("cytosol", 9.5), ("membrane", 10.0))
+"""Layers from the inside out: name and outer radius [µm]."""
+
+
 @dataclass(frozen=True)
 class Grading:
     """Element size over a disc: sizes in units of `DiscSpec.size_um`, slopes of size over distance.
@@ -107,12 +111,7 @@ class DiscSpec:
 
     shape: str = "half"
     centre: tuple[float, float] = (0.0, 9.5)
-    interfaces: tuple[tuple[str, float], ...] = (
-        ("nucleoplasm", 4.9),
-        ("lamina", 5.0),
-        ("cytosol", 9.5),
-        ("membrane", 10.0),
-    )
+    interfaces: tuple[tuple[str, float], ...] = TABLE_1
     nucleus_radius_um: float = 5.0
     size_um: float = 2.4
     contact_size_um: float | None = None

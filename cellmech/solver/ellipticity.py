@@ -48,7 +48,7 @@ from cellmech.mechanics.kinematics import Kinematics, deformation_gradient, gree
 from cellmech.mechanics.materials import MaterialField
 from cellmech.names import coordinates
 from cellmech.solver.det_f import node_points, quadrature
-from cellmech.solver.ellipticity_in_space import EllipticityInSpace, StabilityInSpace
+from cellmech.solver.ellipticity_in_space import EllipticityInSpace, StabilityInSpace, margin_of
 from cellmech.solver.waves import Waves, least_over_directions
 
 GROWTH = 10.0  # of the largest strain, and …
@@ -107,14 +107,11 @@ class Ellipticity:
         mesh = body.domain.mesh
         points = np.vstack([quadrature(mesh, body.bulk_degree)[0], node_points(body.space)])
         self._comm = mesh.comm
-        owned = body.domain.own_cells
         place = PointValues(ufl.SpatialCoordinate(mesh), points, mesh.comm)
-        tags, numbers = body.domain.cell_tags, body.domain.cells
-        self._layers = {number: whole(name) for name, number in numbers.items()}
+        self._layers = {number: whole(name) for name, number in body.domain.cells.items()}
         self._parts = []
         for material in body.materials:
-            mine = np.isin(tags.values, [numbers[name] for name in material.names]) & (tags.indices < len(owned))
-            cells, groups = tags.indices[mine], tags.values[mine]
+            cells, groups = body.domain.own_of(material.names)
             share = fem.Constant(mesh, 1.0) * material.solid_fraction
             solid = PointValues(share, points, mesh.comm)(cells).ravel() > 0
             values = PointValues(moduli(u, material, body.kinematics), points, mesh.comm)
@@ -125,7 +122,7 @@ class Ellipticity:
         found = [self._of_part(*part) for part in self._parts if np.any(part[2])]
         if self._comm.size > 1:
             found = [one for many in self._comm.allgather(found) for one in many]
-        return min(found, key=lambda one: np.inf if one.margin is None else one.margin, default=Stability(None))
+        return min(found, key=margin_of, default=Stability(None))
 
     def _of_part(
         self, cells: np.ndarray, values: PointValues, solid: np.ndarray, place: np.ndarray, groups: np.ndarray

@@ -76,25 +76,24 @@ class EllipticityInSpace:
     """
 
     def __init__(self, body: Body, u: fem.Function) -> None:
-        mesh, tags, numbers = body.domain.mesh, body.domain.cell_tags, body.domain.cells
-        self._comm, owned = mesh.comm, len(body.domain.own_cells)
+        mesh = body.domain.mesh
+        self._comm = mesh.comm
         self._points = np.vstack([quadrature(mesh, body.bulk_degree)[0], node_points(body.space)])
-        self._layers = {number: whole(name) for name, number in numbers.items()}
+        self._layers = {number: whole(name) for name, number in body.domain.cells.items()}
         F = deformation_gradient(u, body.kinematics)
         place = ufl.as_vector([*ufl.SpatialCoordinate(mesh), *(F[i, j] for i in range(3) for j in range(3))])
         self._place = PointValues(place, self._points, mesh.comm)
         self._parts = []
         for material in body.materials:
-            mine = np.isin(tags.values, [numbers[name] for name in material.names]) & (tags.indices < owned)
             moduli = PointValues(isotropic_moduli(u, material, body.kinematics), self._points, mesh.comm)
             share = PointValues(fem.Constant(mesh, 1.0) * material.solid_fraction, self._points, mesh.comm)
-            self._parts.append((tags.indices[mine], tags.values[mine], moduli, share))
+            self._parts.append((*body.domain.own_of(material.names), moduli, share))
 
     def find(self) -> StabilityInSpace:
         """The least margin of the present state, over all ranks. Collective."""
         found = [one for part in self._parts for one in self._of_part(*part)]
         together = [one for many in self._comm.allgather(found) for one in many]
-        return min(together, key=_margin, default=StabilityInSpace(None))
+        return min(together, key=margin_of, default=StabilityInSpace(None))
 
     def _of_part(
         self, cells: np.ndarray, groups: np.ndarray, moduli: PointValues, share: PointValues
@@ -116,7 +115,8 @@ class EllipticityInSpace:
             yield _told(at, self._layers[int(groups[some][cell])], values[solid[worst]])
 
 
-def _margin(one: StabilityInSpace) -> float:
+def margin_of(one: Any) -> float:
+    """Margin of a `Stability` or a `StabilityInSpace`, infinite where there is no solid [-]."""
     return np.inf if one.margin is None else one.margin
 
 

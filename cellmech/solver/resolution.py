@@ -24,7 +24,6 @@ ENOUGH = 2.0  # edges; with one the depth is off by 2 %, with two by less than 0
 COUNTS = 0.03  # of the whole force: a contact that bears less is not looked at
 BETWEEN = 40  # Gauss points of an edge that tell what the solver's own miss between them
 INSIDE = 3  # times the solver's degree of quadrature, likewise of an element's inside
-MOST_DEGREE = 30  # of a quadrature over triangles and tetrahedra
 SOFT = 0.5  # of the contact's half-width: an obstacle that the cell sinks into further is not rigid
 
 
@@ -72,10 +71,11 @@ def stretches(run: Simulation, axis: float | None) -> list[Stretch]:
 def _patches(run: Simulation, surface: Surface, contact: Contact) -> list[Stretch]:
     """The contact with each obstacle that is touched, in space; edges are of a right-angled facet of their size."""
     found, u = [], run.state.u
-    corners = surface.nodes(u)[:, :3]
+    nodes = surface.nodes(u)
+    corners = nodes[:, :3]
     facets = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=-1) / 2
     for obstacle in run.body.obstacles:
-        on = np.any(depth(obstacle, surface.nodes(u)) > contact.threshold_um, axis=1)
+        on = np.any(depth(obstacle, nodes) > contact.threshold_um, axis=1)
         area, count = run.comm.allreduce(np.array([facets[on].sum(), np.count_nonzero(on)]))
         radius = surface.contact_area(u, [obstacle], contact.threshold_um).radius_um
         deep = surface.max_depth(u, [obstacle]) - contact.threshold_um
@@ -157,8 +157,7 @@ def _finely_on_the_outline(run: Simulation, outline: Outline) -> np.ndarray:
 
 def _finely(run: Simulation) -> np.ndarray:
     """The contact's force [Pa µm or pN] by quadrature of a higher degree, a component each. Collective."""
-    degree = min(INSIDE * run.body.contact_degree, MOST_DEGREE)
-    w, body = ufl.TestFunction(run.body.space), replace(run.body, contact_degree=degree)
+    w, body = ufl.TestFunction(run.body.space), replace(run.body, contact_degree=INSIDE * run.body.contact_degree)
     values = owned_values(compile_form(contact_work(body, run.state, w), run.comm))
     return run.comm.allreduce(values.reshape(-1, run.components).sum(axis=0))
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from cellmech.figures import NONE, Row, Section, significant
 from cellmech.results import Result, load
-from studies.paper.printed import LAWS, Paper
+from studies.paper.printed import LAWS, RESTS, Paper
 
 GEOMETRIES = {"plane": "plane", "axisymmetric": "axisymmetric", "3d": "3-D"}
 # What is shown: in words, key in result.json, the strain whose value at rest is taken off, what the print calls it.
@@ -24,7 +24,6 @@ NUMBERS = (
     ("height over width of the nucleus", "nucleus_shape.aspect", "", ""),
     ("penetration [µm]", "contact.max_depth_um", "", ""),
 )
-IN_PRINT = {"J1": 2.0, "J2": 2.0, "J3": 1.0}
 
 
 def geometries_section(folder: Path, paper: Paper) -> Section:
@@ -40,7 +39,7 @@ def geometries_section(folder: Path, paper: Paper) -> Section:
         printed = paper.table("fig2")[law].values
         for words, key, strain, in_print in NUMBERS:
             found = [_number(case, key, strain) for case in cases.values()]
-            theirs = printed.get(in_print, math.nan) - IN_PRINT.get(strain, 0.0)
+            theirs = printed.get(in_print, math.nan) - RESTS.get(strain, 0.0)
             apart = found[2] / found[1] - 1
             difference = NONE if math.isnan(apart) else f"{100 * apart:+.2g} %"
             cells = (style.label, words, *map(_shown, (theirs, *found)), difference)

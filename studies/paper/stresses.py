@@ -51,10 +51,7 @@ def _evaluators(observer: Observer) -> list[tuple[np.ndarray, np.ndarray, PointV
         sigma = solid + F * fluid * F.T / ufl.det(F)
         poisson = 0.4 * (sigma[0, 0] + sigma[1, 1])
         taken = [_mises(sigma, sigma[2, 2]), _mises(sigma, 0.0), _mises(sigma, poisson), _mises(solid, solid[2, 2])]
-        numbers = [domain.cells[name] for name in observer.layout.groups["nucleus"] if name in mixture.names]
-        owned = domain.mesh.topology.index_map(2).size_local
-        tags = domain.cell_tags
-        cells = tags.indices[np.isin(tags.values, numbers) & (tags.indices < owned)]
+        cells, _ = domain.own_of(name for name in observer.layout.groups["nucleus"] if name in mixture.names)
         place = PointValues(X, points, observer.comm)(cells) - np.array(observer.layout.centre)
         values = PointValues(ufl.as_vector(taken), points, observer.comm)
         found.append((cells, np.linalg.norm(place, axis=-1), values))

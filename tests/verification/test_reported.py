@@ -56,7 +56,7 @@ def observer_of(shape="half", apart=True, obstacles=(), contact=None, order=2):
     run = Simulation(replace(body, obstacles=()), Schedule(1.0), 1.0)
     run.body = body  # obstacles at once, without the search for first touch
     half = shape == "half"
-    return Observer(run, Layout(CENTRE, half, (0,) if half else (), 2 if half else 1, regions, groups, (PILLAR,)))
+    return Observer(run, Layout(CENTRE, (0,) if half else (), 2 if half else 1, regions, groups, (PILLAR,)))
 
 
 @pytest.fixture(scope="module")

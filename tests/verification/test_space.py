@@ -7,7 +7,7 @@ from dolfinx import fem
 from dolfinx import mesh as dmesh
 from dolfinx.fem import petsc
 from mpi4py import MPI
-from problems import displacement_space, domain_of, moduli, prescribe, solid, wet
+from problems import affine, displacement_space, domain_of, moduli, prescribe, solid, wet
 
 from cellmech.fem.coefficients import material_fields
 from cellmech.fem.domain import build_domain
@@ -35,10 +35,6 @@ def cube(n):
     cells = {"solid": lambda x: np.full(x.shape[1], True)}
     rest = {"sides": lambda x: np.any(np.isclose(x, 0.0) | np.isclose(x, 1.0), axis=0)}
     return domain_of(mesh, cells, rest | {"outer": lambda x: np.isclose(x[1], 0.0)})
-
-
-def affine(space, gradient, offset=(0.0, 0.0, 0.0)):
-    return (space.tabulate_dof_coordinates() @ np.asarray(gradient).T + np.asarray(offset)).ravel()
 
 
 def test_curved_layered_ball_reproduces_an_affine_displacement(ladder):
@@ -182,15 +178,17 @@ def test_ball_is_the_turned_disc(tmp_path):
     assert ball["energy"]["stored"] == pytest.approx(disc["energy"]["stored"], rel=0.01)
 
 
+@pytest.mark.by_hand
 def test_lattice_turned_by_90_degrees_gives_the_same_numbers(tmp_path):
-    """A row of two pillars along x, and along z."""
+    """A row of two pillars along x, and along z. The mesh does not turn: at 5 µm the largest stresses differ by 12 %."""
 
     def pillars(axis):
         place = {"y_um": -10.0, "half_width_um": 2.5, "height_um": 5.0, "profile": "square", axis: 4.0}
         return [place]
 
     along_x, along_z = (
-        end_state(tmp_path, axis, cell={"shape": "quarter"}, pillar=pillars(axis)) for axis in ("x_um", "z_um")
+        end_state(tmp_path, axis, cell={"shape": "quarter"}, pillar=pillars(axis), mesh={"size_um": 3.0})
+        for axis in ("x_um", "z_um")
     )
     for key in ("sigma_mises_mean_Pa", "sigma_mises_max_Pa", "J1_mean"):
         assert along_x["cell"][key] == pytest.approx(along_z["cell"][key], rel=0.03), key
