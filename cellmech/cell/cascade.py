@@ -23,6 +23,7 @@ from cellmech.solver.simulation import Simulation
 
 UNKNOWNS = 12_000  # of the coarsest mesh, roughly
 WORTH = 4.0  # times as many unknowns, from which a guess is worth its own solution
+FEWER = 0.5  # of the unknowns, above which it is none: thin layers and contacts may leave no coarser mesh
 
 
 def begin_near(setup: Setup, run: Simulation, plan: MeshPlan, additions: Additions, log: Callable[[str], None]) -> None:
@@ -38,6 +39,8 @@ def begin_near(setup: Setup, run: Simulation, plan: MeshPlan, additions: Additio
         before, comm = Mesh(order=2, size_um=size, thin_layers=1), MPI.COMM_SELF
     try:
         with_fewer = Setup(setup.scene.model_copy(update={"mesh": before}), comm, plan, additions)
+        if with_fewer.dofs > FEWER * setup.dofs:
+            return
         first = with_fewer.create_run(lambda line: None)
         try:
             begin_near(with_fewer, first, plan, additions, log)
