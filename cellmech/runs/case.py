@@ -38,6 +38,7 @@ from cellmech.scene.files import scene_to_toml
 from cellmech.solver.acceptance import Acceptance, Refused
 from cellmech.solver.ellipticity import Stability, StabilityWatch
 from cellmech.solver.ellipticity_in_space import EllipticityInSpace, StabilityInSpace
+from cellmech.solver.linear import needed_bytes
 from cellmech.solver.resolution import doubts, missed
 from cellmech.solver.schedule import Memory, Step
 from cellmech.solver.simulation import Simulation
@@ -66,7 +67,6 @@ class Description:
     """The model of a case, and its size."""
 
     model: list[str]
-    elements: str
     cells: int
     dofs: int
     memory_MB: float
@@ -252,10 +252,10 @@ def versions() -> dict[str, str]:
 def describe_case(case: Case, comm: MPI.Comm, plan: MeshPlan) -> Description:
     """The model of a case and its size, without solving anything (collective on comm)."""
     setup = Setup(case.scene, comm, plan)
+    in_plane_MB = MEMORY_BASE_MB * comm.size + MEMORY_PER_DOF_MB * setup.dofs
     return Description(
         model=describe_model(setup).lines(),
-        elements="triangles" if setup.kinematics.components == 2 else "tetrahedra",
         cells=setup.number_of_cells,
         dofs=setup.dofs,
-        memory_MB=MEMORY_BASE_MB * comm.size + MEMORY_PER_DOF_MB * setup.dofs,
+        memory_MB=in_plane_MB if setup.kinematics.components == 2 else needed_bytes(setup.body) / 2**20,
     )

@@ -132,7 +132,8 @@ def check(command: Command, case: Any) -> None:
             cases[command.label(order, chosen)] = asdict(found)
             if command.options.json:
                 continue
-            size = f"{found.cells:,} {found.elements}, {found.dofs:,} unknowns, about {found.memory_MB:,.0f} MB"
+            elements = "tetrahedra" if chosen.scene.cell.geometry == "3d" else "triangles"
+            size = f"{found.cells:,} {elements}, {found.dofs:,} unknowns, about {found.memory_MB:,.0f} MB"
             say("\n  ".join([f"{command.label(order, chosen)}: {size}", *found.model]))
     if command.options.json:
         say(json_text({"cases": cases}).rstrip())

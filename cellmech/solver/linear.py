@@ -225,18 +225,26 @@ class Choice:
     reason: str = ""
 
 
+def needed_bytes(body: Body) -> float:
+    """Memory that a body in space takes at most, all ranks together [bytes]."""
+    unknowns = _unknowns(body)
+    return room.needed_bytes(unknowns, order_of(body.space), unknowns >= LARGE)
+
+
+def _unknowns(body: Body) -> int:
+    return int(body.space.dofmap.index_map.size_global * body.space.dofmap.index_map_bs)
+
+
 def choose(body: Body) -> Choice:
     """The solver for a body by its geometry and size (collective).
 
     Raises:
         MemoryError: on every rank, if the body is one in space and memory will not suffice.
     """
-    dofmap, mesh = body.space.dofmap, body.domain.mesh
-    unknowns = dofmap.index_map.size_global * dofmap.index_map_bs
+    unknowns, mesh = _unknowns(body), body.domain.mesh
     if mesh.topology.dim < 3:
         return Choice(False)
-    multigrid = unknowns >= LARGE
-    needed = room.needed_bytes(unknowns, order_of(body.space), multigrid)
+    multigrid, needed = unknowns >= LARGE, needed_bytes(body)
     room.refuse_without(needed, unknowns, mesh.comm)
     name, rule = ("GMRES with multigrid", "not fewer") if multigrid else ("MUMPS", "fewer")
     text = f"linear solver: {name}, for {unknowns} unknowns are {rule} than {LARGE}; about {needed / GIB:.2g} GiB"

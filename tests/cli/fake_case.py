@@ -50,7 +50,7 @@ def mesh_plan(scene):
 def describe_case(case, comm, plan):
     if case.name == "mesh":
         raise MeshError("an element is turned inside out")
-    return Description([f"law: {case.scene.cell.law}", f"layers: {plan.text}"], "triangles", 1234, 5678, 90.0)
+    return Description([f"law: {case.scene.cell.law}", f"layers: {plan.text}"], 1234, 5678, 90.0)
 
 
 def solve_case(case, folder, comm, plan, report):
