@@ -13,7 +13,7 @@ from pathlib import Path
 import basix
 import numpy as np
 
-from cellmech.cell.subdivision import lattice, lattice_pieces
+from cellmech.fem.subdivision import lattice, lattice_pieces
 from cellmech.results.result import read_grid
 from cellmech.scene.scene import Scene
 

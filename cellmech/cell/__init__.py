@@ -14,13 +14,11 @@ if TYPE_CHECKING:  # what type checkers see of the names below
     from cellmech.cell.layering import mesh_plan
     from cellmech.cell.observables import Observer
     from cellmech.cell.setup import Setup
-    from cellmech.cell.subdivision import lattice
 
 _HOMES = {
     "Additions": "additions",
     "Observer": "observables",
     "Setup": "setup",
-    "lattice": "subdivision",
     "mesh_plan": "layering",
 }
 __all__ = list(_HOMES)

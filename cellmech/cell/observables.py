@@ -29,10 +29,10 @@ from cellmech.cell.samples import (
     merge,
 )
 from cellmech.cell.shape import nucleus_shape
-from cellmech.cell.subdivision import lattice, lattice_pieces
 from cellmech.errors import MeshError
 from cellmech.fem.boundary import boundary
 from cellmech.fem.outline import Outline
+from cellmech.fem.subdivision import lattice, lattice_pieces
 from cellmech.fem.surface import Surface
 from cellmech.mechanics.kinematics import Axisymmetric, Kinematics
 from cellmech.mechanics.obstacles import Obstacle

@@ -16,6 +16,7 @@ if TYPE_CHECKING:  # what type checkers see of the names below
     from cellmech.fem.outline import Outline
     from cellmech.fem.shared_memory import release
     from cellmech.fem.started import MPI
+    from cellmech.fem.subdivision import lattice
 
 _HOMES = {
     "Domain": "domain",
@@ -23,6 +24,7 @@ _HOMES = {
     "Outline": "outline",
     "PointValues": "jit",
     "build_domain": "domain",
+    "lattice": "subdivision",
     "material_fields": "coefficients",
     "release": "shared_memory",
 }

@@ -15,6 +15,8 @@ import basix
 import numpy as np
 from mpi4py import MPI
 
+from cellmech.fem import subdivision
+
 ORDERS = {3: 1, 6: 2, 10: 3}  # of facets, by their number of nodes
 GAUSS_DEGREE = 12  # the volume and its first moments of third-order facets take 10
 DIVISIONS = 4  # of a facet's sides by its lattice of samples
@@ -70,11 +72,8 @@ def normals(x: np.ndarray, points: np.ndarray) -> np.ndarray:
 @lru_cache
 def lattice() -> tuple[np.ndarray, np.ndarray]:
     """Samples of a facet, shape (k, 2), and the numbers of those at the ends of each triangle of them, shape (m, 3)."""
-    n = DIVISIONS
-    number = {ij: k for k, ij in enumerate((i, j) for j in range(n + 1) for i in range(n + 1 - j))}
-    upright = [[number[i, j], number[i + 1, j], number[i, j + 1]] for i, j in number if i + j < n]
-    between = [[number[i + 1, j], number[i + 1, j + 1], number[i, j + 1]] for i, j in number if i + j < n - 1]
-    return np.array(list(number), dtype=float) / n, np.array(upright + between)
+    points, number = subdivision.lattice(DIVISIONS)[0], subdivision.numbers(DIVISIONS, 2)
+    return points, np.array([[number[corner] for corner in ends] for ends in subdivision.simplices(DIVISIONS, 2)])
 
 
 @lru_cache

@@ -11,8 +11,8 @@ import numpy as np
 import ufl
 
 from cellmech import solve
-from cellmech.cell import Observer, lattice
-from cellmech.fem import PointValues
+from cellmech.cell import Observer
+from cellmech.fem import PointValues, lattice
 from cellmech.figures import Row, Section, significant
 from cellmech.mechanics import deformation_gradient, green_lagrange
 from cellmech.scene import put

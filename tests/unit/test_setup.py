@@ -13,9 +13,9 @@ from mpi4py import MPI
 
 from cellmech.cell.layering import MeshPlan, mesh_plan
 from cellmech.cell.setup import Setup, material, obstacles_of, ramp, smeared_weights
-from cellmech.cell.subdivision import lattice
 from cellmech.errors import SolveError
 from cellmech.fem.jit import PointValues
+from cellmech.fem.subdivision import lattice
 from cellmech.mechanics.laws import yeoh_in_plane
 from cellmech.scene.files import read_scene
 from cellmech.scene.parts import LAYER_NAMES

@@ -10,8 +10,8 @@ from problems import moduli, rows_ring, solid
 
 from cellmech.cell.observables import REPORTED
 from cellmech.cell.samples import PRESSURE, PressureGradient, Samples, state_quantities
-from cellmech.cell.subdivision import lattice
 from cellmech.fem.jit import PointValues
+from cellmech.fem.subdivision import lattice
 from cellmech.solver.det_f import quadrature
 
 

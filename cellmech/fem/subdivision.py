@@ -11,7 +11,7 @@ Place = tuple[int, ...]
 
 def lattice(n: int, dim: int = 2) -> tuple[np.ndarray, np.ndarray]:
     """Points of the reference cell's n-fold subdivision and weights that integrate linear functions exactly."""
-    index, pieces = _index(n, dim), _simplices(n, dim)
+    index, pieces = numbers(n, dim), simplices(n, dim)
     weights = np.zeros(len(index))
     size = (1 / 2, 1 / 6)[dim - 2] / len(pieces)
     for corners in pieces:
@@ -25,28 +25,28 @@ def lattice_pieces(n: int, dim: int = 2) -> np.ndarray:
     Triangles, shape (n^2, 3) or (n^2/4, 6), or tetrahedra, shape (n^3, 4) or (n^3/8, 10); edges are in VTK's order: 01,
     12, 20, and then 03, 13, 23.
     """
-    index, step = _index(n, dim), 1 if n % 2 else 2
+    index, step = numbers(n, dim), 1 if n % 2 else 2
     edges = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)][: 3 * (dim - 1)] if step == 2 else []
     found = []
-    for corners in _simplices(n // step, dim):
+    for corners in simplices(n // step, dim):
         ends = [tuple(step * c for c in corner) for corner in corners]
         middles = [tuple((p + q) // 2 for p, q in zip(ends[a], ends[b], strict=True)) for a, b in edges]
         found.append([index[point] for point in (*ends, *middles)])
     return np.array(found)
 
 
-def _index(n: int, dim: int) -> dict[Place, int]:
+def numbers(n: int, dim: int) -> dict[Place, int]:
     """Numbers of the points whose coordinates add up to n or less."""
     return {place: k for k, place in enumerate(p for p in product(range(n + 1), repeat=dim) if sum(p) <= n)}
 
 
-def _simplices(n: int, dim: int) -> list[tuple[Place, ...]]:
+def simplices(n: int, dim: int) -> list[tuple[Place, ...]]:
     """The n^dim pieces that the lattice's lines cut the cell into, right-handed."""
     return _triangles(n) if dim == 2 else _tetrahedra(n)
 
 
 def _triangles(n: int) -> list[tuple[Place, ...]]:
-    index = _index(n, 2)
+    index = numbers(n, 2)
     found: list[tuple[Place, ...]] = []
     for i, j in index:
         for corners in (((i, j), (i + 1, j), (i, j + 1)), ((i + 1, j), (i + 1, j + 1), (i, j + 1))):
@@ -57,7 +57,7 @@ def _triangles(n: int) -> list[tuple[Place, ...]]:
 
 def _tetrahedra(n: int) -> list[tuple[Place, ...]]:
     """Those of Freudenthal's division of cubes, which fills the cell in the coordinates i + j + k, j + k, k."""
-    index = _index(n, 3)
+    index = numbers(n, 3)
     found: list[tuple[Place, ...]] = []
     for base in product(range(n), repeat=3):
         for order in permutations(range(3)):
