@@ -96,9 +96,9 @@ def test_scene_that_once_fell_over_is_solved_or_says_why_not(folder, capsys, kin
     assert wrong_solve({"status": status, "out": out, "err": err}, Path("out/my"))[0] == ""
 
 
-GOOD = {"status": "solved", "reason": "", "steps": 3}
-FAILED = {"status": "failed", "reason": "slides: no equilibrium", "steps": 3}
-BUG = {**FAILED, "reason": "internal error: X"}
+GOOD = {"status": "solved", "reason": "", "cause": "", "steps": 3}
+FAILED = {**GOOD, "status": "failed", "reason": "slides: no equilibrium", "cause": "slides"}
+BUG = {**FAILED, "reason": "internal error: X", "cause": "internal"}
 TOLD = "cellmech: my: failed: slides: no equilibrium\n"
 
 
@@ -112,12 +112,7 @@ TOLD = "cellmech: my: failed: slides: no equilibrium\n"
         (0, "Traceback", GOOD, "status and messages do not fit the result"),
         (2, "cellmech: error: my.toml", None, "status 2"),
         (None, "the process ended with -11", None, "status None"),
-        (
-            1,
-            "cellmech: my: failed: internal error: X\n",
-            {**FAILED, "reason": "internal error: X"},
-            "internal error: X",
-        ),
+        (1, "cellmech: my: failed: internal error: X\n", BUG, "internal error: X"),
         (0, "", {**GOOD, "fields": False}, "the last state is not saved"),
     ],
 )
