@@ -34,7 +34,7 @@ from cellmech.scene.case import Case
 from cellmech.scene.files import scene_to_toml
 from cellmech.solver.acceptance import Acceptance
 from cellmech.solver.ellipticity import Stability, StabilityWatch
-from cellmech.solver.resolution import doubts, missed
+from cellmech.solver.resolution import UNTOLD, doubts, missed
 from cellmech.solver.schedule import Memory, Step
 from cellmech.solver.simulation import Run
 
@@ -105,9 +105,9 @@ def _solve(
     series: list[tuple[float, str]] = []
     status, reason, settled = "solved", "", None
     goes_on = scene.stability == "warn"
-    in_doubt: dict[str, str] = {}  # what a saved state's contact leaves in doubt, of the last such state
+    in_doubt: dict[str, str] = {}  # what is in doubt of a saved state, of the last such state
 
-    def look_at_contact(when: str = "") -> None:
+    def look_for_doubts(when: str = "") -> None:
         assert run is not None
         for key, text in doubts(run, setup.centre[0] if setup.half else None).items():
             in_doubt[key] = when + text
@@ -145,7 +145,7 @@ def _solve(
             report(Progress(case.name, step.t_s, scene.time.end_s, run.totals.steps, run.totals.newton_iterations))
             if step.t_s in scene.output.times_s and step.t_s < scene.time.end_s:
                 write_fields(folder, observer, step.t_s, series, beyond)
-                look_at_contact(f"at t = {step.t_s:.6g} s ")
+                look_for_doubts(f"at t = {step.t_s:.6g} s ")
             folder.agree()
 
         def on_checkpoint(memory: Memory) -> None:
@@ -159,12 +159,14 @@ def _solve(
     except SolveError as error:
         stability = watch.look() if run is not None and run.totals.newton_iterations else None
         status, reason = "failed", str(error)
+        if run is not None and not run.told:
+            scalars, settled = {}, None
         if str(stability) not in reason:  # else it is what stopped the case
             reason += _last_good_state(run, scalars, stability)
         folder.log(f"failed: {reason}")
     if scalars and run is not None:
         write_fields(folder, observer, run.t, series, bool(accepted.beyond))
-        look_at_contact()
+        look_for_doubts()
     folder.agree()
     result = _provenance(case, setup, run, comm, in_doubt)
     result |= {
@@ -185,6 +187,8 @@ def _last_good_state(run: Run | None, scalars: dict[str, Any], stability: Stabil
     """What the last accepted state, or else the last equilibrium on the way to the first, says about a failure."""
     if run is None or stability is None:
         return ""
+    if run.totals.steps and not run.told:
+        return f"; the state before (t = {run.t:.6g} s) is not saved: {UNTOLD}"
     text = "; in the last equilibrium before"
     if scalars:
         text = f"; in the last state, which is saved (t = {run.t:.6g} s), det F is {scalars['cell']['det_F_min']:.3g}"

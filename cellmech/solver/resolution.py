@@ -1,4 +1,4 @@
-"""Whether the mesh has followed the contact: element edges between the largest pressure and the contact's ends."""
+"""Whether the mesh has followed the contact, element edges between the largest pressure and its ends; other doubts."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ ENOUGH = 2.0  # edges; with one the depth is off by 2 %, with two by less than 0
 COUNTS = 0.03  # of the whole force: a contact that bears less is not looked at
 BETWEEN = 40  # Gauss points of an edge that tell what the solver's own miss between them
 INSIDE = 3  # times the solver's degree of quadrature, likewise of an element's inside
+UNTOLD = "the cell has hardly begun to move, and what is wrong may be as large as what it has moved"
 SOFT = 0.5  # of the contact's half-width: an obstacle that the cell sinks into further is not rigid
 
 
@@ -134,8 +135,8 @@ def _finely_inside(run: Run) -> np.ndarray:
 
 
 def doubts(run: Run, axis: float | None) -> dict[str, str]:
-    """What about the contact's numbers is in doubt, for the warnings of a model; empty if nothing is. Collective."""
-    found = {}
+    """What of a state, its contact above all, is in doubt, for the warnings of a model. Collective."""
+    found = {} if run.told else {"motion": UNTOLD}
     bearing = [one for one in stretches(run, axis) if one.share >= COUNTS]
     coarse = [one for one in bearing if one.edges < ENOUGH]
     if coarse:
