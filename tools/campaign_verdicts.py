@@ -17,6 +17,7 @@ EPS = float(np.finfo(float).eps)
 BEARS = {"neo-hookean": 0.15, "mooney-rivlin": 0.1, "saint-venant": 0.02, "yeoh": 0.02}
 SINKING = 0.1  # of the radius: rigid obstacles that the cell sinks into by less hold it
 ON_A_SLOPE = 1e-3  # tilt of a normal above which a contact pushes the cell aside
+LEVEL = 1e-5  # the same below which nothing lets it slide: above, down from a hilltop, it may, as slowly as it be
 HARD = 0.3  # strain at an impact beyond which a cell may be crushed; of weaker laws less, as at rest
 WORTH = 3e-8  # rounding over load above which a solver may say so; a balance within 1e-3 needs much less
 
@@ -81,13 +82,16 @@ def _first(scene: Scene) -> tuple[str, float]:
     return name, tilt
 
 
-def stands(scene: Scene, t_s: float) -> bool:
-    """Whether statics gives a full cell an equilibrium next to where it starts, and a half cell its symmetric one."""
+def stands(scene: Scene, t_s: float, level: float = ON_A_SLOPE) -> bool:
+    """Whether statics gives a full cell an equilibrium next to where it starts, and a half cell its symmetric one.
+
+    A tilt up to `level` is none.
+    """
     if scene.cell.shape == "half":
         return True
     touches = _touches(scene)
     first = max(touches)
-    if abs(first[1]) <= ON_A_SLOPE:
+    if abs(first[1]) <= level:
         return True
     reached = [touch for touch in touches if touch[0] >= first[0] - 0.3 * settles(scene, t_s)]
     return min(t[1] for t in reached) < 0 < max(t[1] for t in reached)  # held from both sides
@@ -125,7 +129,7 @@ def verdict(scene: Scene, cause: Cause) -> str:
     if cause is Cause.TOO_COARSE:
         return SUPPORTED  # measured beside the solver's own points
     if cause is Cause.SLIDES:
-        return SUSPECT if stands(scene, end) else SUPPORTED
+        return SUSPECT if stands(scene, end, LEVEL) else SUPPORTED
     if scene.cell.inertia:
         weakest = min(BEARS[scene.layer_law(name)] for name in LAYER_NAMES) / max(BEARS.values())
         return SUPPORTED if impact(scene) > HARD * weakest else SUSPECT

@@ -48,6 +48,8 @@ M_S2 = 1e6  # m/s^2 in µm/s^2
 NEAR = 5e-4  # of the radius: an obstacle that near is modelled from the start
 PLANES = {"axis": 0, "symmetry x": 0, "symmetry z": 2}  # facet groups, and the component that is held on each
 SMALL_FALL = 1e-5  # of a fall: errors of its first moments, which it carries on, are relative to no less
+LEAST_FALL = 1e-12  # of the radius: nor are they to less than this, of which round-off leaves three digits
+FALLEN = 100.0  # small displacements, after which what a fall has carried on is within its tolerance
 OVERLAP = 1e-6  # of the radius: so deep an obstacle may begin, for rounding
 NONE = Additions()
 _MESHES = MPI.Comm.Create_keyval()  # a number of a communicator would not do: MPI gives it to another one after `Free`
@@ -288,7 +290,9 @@ class Setup:
         scene, end = self.scene, self.scene.time.end_s
         load_steps = LOAD_STEPS if scene.time.history else 0
         ramp_end = min(scene.ramp_end_s, end)
-        return Schedule(end, scene.output.times_s, scene.time.rtol, ramp_end, load_steps, self._small_um())
+        small = self._small_um()
+        told = FALLEN * small if self.falls else 0.0
+        return Schedule(end, scene.output.times_s, scene.time.rtol, ramp_end, load_steps, small, told)
 
     def _small_um(self) -> float:
         """A displacement that is small beside what the load leads to by the end [µm]: on Table 1 a twentieth of it.
@@ -297,15 +301,16 @@ class Setup:
         more than this tells; the run looks after that.
         """
         if self.falls:
-            return SMALL_FALL * self._fall_um()
+            return max(SMALL_FALL * self._fall_um(), LEAST_FALL * self.scene.radius_um)
         scene = self.scene
         soft = min(scene.layer_young_Pa(name) * max(scene.layer_solid(name), 0.1) for name in LAYER_NAMES)
         load, radius = abs(self.force_density) * self.body.amplitude(self.scene.time.end_s), self.scene.radius_um
         return min(SMALL * load * radius**2 / soft, 1e-2 * radius)
 
     def _fall_um(self) -> float:
-        """Way that the cell falls by the end, or to first touch if that is less [µm]; > 0."""
-        scene, t = self.scene, np.linspace(0.0, self.scene.time.end_s, 201)
+        """Way that the cell falls by the first time that is reported, or to first touch if that is less [µm]; > 0."""
+        scene = self.scene
+        t = np.linspace(0.0, min((*scene.output.times_s, scene.time.end_s)), 201)
         g = self.force_density / (scene.cell.density_kg_m3 * KG_M3)
         speed = np.cumsum([self.body.amplitude(moment) for moment in t]) * t[1] * g
         way = float(np.sum(speed) * t[1])

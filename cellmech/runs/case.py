@@ -39,7 +39,7 @@ from cellmech.solver.acceptance import Acceptance, Refused
 from cellmech.solver.ellipticity import Stability, StabilityWatch
 from cellmech.solver.ellipticity_in_space import EllipticityInSpace, StabilityInSpace
 from cellmech.solver.linear import needed_bytes
-from cellmech.solver.resolution import doubts, missed
+from cellmech.solver.resolution import UNTOLD, doubts, missed
 from cellmech.solver.schedule import Memory, Step
 from cellmech.solver.simulation import Simulation
 
@@ -114,9 +114,9 @@ def _solve(
     outcome: dict[str, Any] = {"status": "solved", "reason": "", "cause": ""}
     settled: float | None = None
     goes_on = scene.stability == "warn"
-    in_doubt: dict[str, str] = {}  # what a saved state's contact leaves in doubt, of the last such state
+    in_doubt: dict[str, str] = {}  # what is in doubt of a saved state, of the last such state
 
-    def look_at_contact(when: str = "") -> None:
+    def look_for_doubts(when: str = "") -> None:
         assert run is not None
         for key, text in doubts(run, setup.centre[0] if setup.half else None).items():
             in_doubt[key] = when + text
@@ -156,7 +156,7 @@ def _solve(
             report(Progress(case.name, step.t_s, scene.time.end_s, run.totals.steps, run.totals.newton_iterations))
             if step.t_s in scene.output.times_s and step.t_s < scene.time.end_s:
                 write_fields(folder, observer, step.t_s, series, beyond)
-                look_at_contact(f"at t = {step.t_s:.6g} s ")
+                look_for_doubts(f"at t = {step.t_s:.6g} s ")
             folder.agree()
 
         def on_checkpoint(memory: Memory) -> None:
@@ -170,6 +170,8 @@ def _solve(
     except SolveError as error:
         stability = watch.look() if run is not None and run.totals.newton_iterations else None
         reason = str(error)
+        if run is not None and not run.told:
+            scalars, settled = {}, None
         if not isinstance(error, Refused) or error.found != stability:  # else it is what stopped the case
             reason += _last_good_state(run, scalars, stability)
         outcome = Reason(error.cause, reason).as_record()
@@ -182,7 +184,7 @@ def _solve(
             in_doubt["ellipticity in space"] = OUT_OF_PLANE.format(in_space)
             folder.log(f"warning: ellipticity in space: {in_doubt['ellipticity in space']}")
         write_fields(folder, observer, run.t, series, bool(accepted.beyond))
-        look_at_contact()
+        look_for_doubts()
     folder.agree()
     extra = {} if in_space is None else {"in_space": in_space.as_dict()}
     result = _provenance(case, setup, run, comm, in_doubt)
@@ -204,6 +206,8 @@ def _last_good_state(
     """What the last accepted state, or else the last equilibrium on the way to the first, says about a failure."""
     if run is None or stability is None:
         return ""
+    if run.totals.steps and not run.told:
+        return f"; the state before (t = {run.t:.6g} s) is not saved: {UNTOLD}"
     text = "; in the last equilibrium before"
     if scalars:
         text = f"; in the last state, which is saved (t = {run.t:.6g} s), det F is {scalars['cell']['det_F_min']:.3g}"

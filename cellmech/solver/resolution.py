@@ -1,4 +1,4 @@
-"""Resolution of the contact by the mesh: element edges between the largest pressure and the contact's ends."""
+"""Resolution of the contact by the mesh: edges between its largest pressure and its ends; and what else is in doubt."""
 
 from __future__ import annotations
 
@@ -24,6 +24,7 @@ ENOUGH = 2.0  # edges; with one the depth is off by 2 %, with two by less than 0
 COUNTS = 0.03  # of the whole force: a contact that bears less is not looked at
 BETWEEN = 40  # Gauss points of an edge that tell what the solver's own miss between them
 INSIDE = 3  # times the solver's degree of quadrature, likewise of an element's inside
+UNTOLD = "the cell has hardly begun to move, and what is wrong may be as large as what it has moved"
 SOFT = 0.5  # of the contact's half-width: an obstacle that the cell sinks into further is not rigid
 
 
@@ -163,8 +164,8 @@ def _finely(run: Simulation) -> np.ndarray:
 
 
 def doubts(run: Simulation, axis: float | None) -> dict[str, str]:
-    """Doubts about the contact's numbers, for the warnings of a model. Collective."""
-    found = {}
+    """Doubts about a state, its contact above all, for the warnings of a model. Collective."""
+    found = {} if run.told else {"motion": UNTOLD}
     bearing = [one for one in stretches(run, axis) if one.share >= COUNTS]
     coarse = [one for one in bearing if one.edges < ENOUGH]
     if coarse:

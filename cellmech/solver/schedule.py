@@ -54,6 +54,7 @@ class Schedule:
         ramp_end_s: end of the load ramp [s]; 0 when the load is switched on at once.
         load_steps: into how many a ramp is divided when nothing depends on rate; 0 for the landings only.
         small_um: errors are relative to the largest displacement so far, but never to less than this [µm].
+        told_um: a state that has moved less than this [µm] may err by as much as it has moved.
     """
 
     end_s: float
@@ -62,6 +63,7 @@ class Schedule:
     ramp_end_s: float = 0.0
     load_steps: int = LOAD_STEPS
     small_um: float = 1e-3
+    told_um: float = 0.0
 
     @property
     def scale_s(self) -> float:

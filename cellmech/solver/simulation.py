@@ -107,6 +107,11 @@ class Simulation:
         return body.density is None and bool(body.obstacles) and body.amplitude(0.0) != 0.0
 
     @property
+    def told(self) -> bool:
+        """Whether the last accepted state is accurate beside itself, and not only beside what it leads to."""
+        return max(self.sizes.so_far[:1], default=0.0) >= self.schedule.told_um
+
+    @property
     def has_a_way(self) -> bool:
         """True if there are states between rest and the load: else what is over time is not known, such as work."""
         follows = self.schedule.ramp_end_s > 0 and self.schedule.load_steps > 0

@@ -254,6 +254,7 @@ def test_load_is_that_of_table_1():
 # Verdicts.
 
 TWIN_PILLARS = [{"x_um": -7.0, "half_width_um": 3.0}, {"x_um": 7.0, "half_width_um": 3.0, "height_um": 9.499}]
+ROUND = {"x_um": 0.0, "half_width_um": 3.0, "exponent": 2.0}
 NO_WAY, ROUND_OFF, SLIDES = Cause.NO_CONVERGENCE, Cause.ROUND_OFF, Cause.SLIDES
 STIFF = {name: {"young_Pa": 1e10} for name in ("membrane", "cytosol", "lamina", "nucleoplasm")}
 VERDICTS = {
@@ -265,6 +266,16 @@ VERDICTS = {
         "verdict supported",
     ),
     "symmetric top": ({"cell": {"shape": "full"}}, SLIDES, "verdict SUSPECT"),
+    "a little off the middle of a round top": (
+        {"cell": {"shape": "full", "centre_x_um": 2.6e-3}, "pillar": [ROUND]},
+        SLIDES,
+        "verdict supported",
+    ),
+    "a rounding's width off it": (
+        {"cell": {"shape": "full", "centre_x_um": 1e-6}, "pillar": [ROUND]},
+        SLIDES,
+        "verdict SUSPECT",
+    ),
     "small load": ({"load": {"factor": 0.1}}, NO_WAY, "verdict SUSPECT"),
     "load that crushes": ({"load": {"factor": 1000.0}}, NO_WAY, "verdict supported"),
     "penalty that lets it through": ({"contact": {"penalty_Pa_per_um": 0.01}}, NO_WAY, "verdict supported"),

@@ -10,6 +10,7 @@ from mpi4py import MPI
 from cellmech.causes import Cause, Reason
 from cellmech.cell.observables import Observer
 from cellmech.cell.setup import Setup
+from cellmech.errors import SolveError
 from cellmech.results.records import CaseFolder
 from cellmech.runs import case as cases
 from cellmech.runs.case import mesh_plan, solve_case
@@ -132,6 +133,37 @@ def test_state_that_only_the_constraint_holds_is_not_the_one_saved(tmp_path, mon
     assert len(rows) == result["steps"] == 3 and float(rows[-1]["t_s"]) == result["t_s"]
     assert result["contact"]["force_Pa_x_um"] == float(rows[-1]["contact.force_Pa_x_um"])
     assert len(seen) == 3 and len(written) == 1 and np.array_equal(written[0], seen[2])
+
+
+@pytest.mark.parametrize(("last", "saved"), [(1, False), (10, True)])
+def test_first_state_of_a_fall_that_ends_there_is_not_saved(last, saved, tmp_path):
+    """A first step under a load that grows makes up to twenty times too much of it; the later ones let that fade."""
+    data = {"cell": {"inertia": True}, "pillar": [], "flat": False, "load": {"half_ramp_s": 0}, "time": {"end_s": 1e-3}}
+    case = Case("case", read_scene(data | {"mesh": {"size_um": 6.0, "order": 1}}, "test"))
+
+    def report(progress):
+        if progress.step == last:
+            raise SolveError("no way on")
+
+    with closing(CaseFolder(tmp_path, MPI.COMM_SELF)) as folder:
+        result = solve_case(case, folder, MPI.COMM_SELF, mesh_plan(case.scene), report)
+        folder.flush()
+    rows = list(csv.DictReader((tmp_path / "history.csv").read_text().splitlines()))
+    assert result["status"] == "failed" and len(rows) == result["steps"] == last
+    assert ("which is saved" if saved else "is not saved") in result["reason"]
+    assert ("nucleus" in result, result["settled"] is not None, bool([*tmp_path.glob("*.vtu")])) == (saved,) * 3
+
+
+def test_state_asked_for_when_a_fall_has_hardly_begun_is_in_doubt(tmp_path):
+    """It has fallen 5e-10 um, of which the sixteen digits of a radius leave six."""
+    data = {"cell": {"inertia": True}, "pillar": [], "flat": False, "load": {"half_ramp_s": 0}, "time": {"end_s": 1e-4}}
+    data |= {"mesh": {"size_um": 6.0, "order": 1}, "output": {"times_s": [1e-8, 5e-5]}}
+    case = Case("case", read_scene(data, "test"))
+    with closing(CaseFolder(tmp_path, MPI.COMM_SELF)) as folder:
+        result = solve_case(case, folder, MPI.COMM_SELF, mesh_plan(case.scene), lambda progress: None)
+        folder.flush()
+    assert result["status"] == "solved"
+    assert result["model"]["warnings"]["motion"].startswith("at t = 1e-08 s the cell has hardly begun to move")
 
 
 def test_case_goes_on_beyond_the_loss_of_ellipticity_where_it_is_asked_to(tmp_path):

@@ -15,7 +15,7 @@ REST = {"J1": 2.0, "J2": 2.0, "J3": 1.0}
 
 
 def solve(path, data):
-    case = Case("case", read_scene({"mesh": {"size_um": 3.0}, **data}, "test"))
+    case = Case("case", read_scene({"mesh": {"size_um": 6.0}, **data}, "test"))
     folder = CaseFolder(path, MPI.COMM_SELF)
     result = solve_case(case, folder, MPI.COMM_SELF, mesh_plan(case.scene), lambda progress: None)
     folder.close()
