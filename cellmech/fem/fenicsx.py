@@ -26,6 +26,7 @@ from ufl.corealg.multifunction import MultiFunction
 
 from cellmech.fem import p2_bubble, shared_memory
 
+MULTIGRID = "cellmech_multigrid_"  # PETSc's options of this prefix are meant for `cellmech.solver.linear`
 OLD = tuple(int(part) for part in dolfinx.__version__.split(".")[:2]) < (0, 9)
 
 CANDIDATES = 40  # cells whose midpoints are nearest to a place, one of which holds it
@@ -69,7 +70,7 @@ def own_parameters() -> Iterator[None]:
 def own_options() -> Iterator[None]:
     """Keep PETSc's options of others away while the block lasts; those that PETSc read when it started, it has read."""
     options = PETSc.Options()
-    theirs = options.getAll()
+    theirs = {key: value for key, value in options.getAll().items() if not key.startswith(MULTIGRID)}
     for key in theirs:
         options.delValue(key)
     try:

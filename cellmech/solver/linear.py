@@ -14,6 +14,7 @@ from typing import Any, Protocol
 from petsc4py import PETSc
 
 from cellmech.causes import Cause, Reason
+from cellmech.fem import fenicsx
 from cellmech.mechanics.balance import Body
 from cellmech.solver import room
 from cellmech.solver.coarse import coarse_operator, interpolation
@@ -29,7 +30,7 @@ SET_UP = 10.0  # iterations that a coarse level is worth: so many too many, and 
 # MUMPS's INFOG(1) where memory is refused, and where the workspace that was foreseen is too small.
 REFUSED, OUTGROWN = frozenset((-5, -7, -13, -19)), frozenset((-8, -9, -17, -20))
 # Of the multigrid solver; what PETSc.Options() holds under the same prefix goes before.
-PREFIX = "cellmech_multigrid_"
+PREFIX = fenicsx.MULTIGRID
 OPTIONS = {
     "ksp_type": "gmres",
     "ksp_gmres_restart": 50,

@@ -12,6 +12,7 @@ from problems import block, displacement_space, solid
 from slab import LEVELS, PUSH, slab
 
 from cellmech.causes import Cause
+from cellmech.fem import fenicsx
 from cellmech.fem.coefficients import material_fields
 from cellmech.fem.jit import compile_form
 from cellmech.mechanics.balance import Body, equilibrium
@@ -167,7 +168,8 @@ def test_options_of_its_prefix_reach_the_solver_and_others_do_not(body):
         options[key] = "cg" if key == "ksp_type" else 3
     try:
         system = System(body)
-        system.pc.setUp()
+        with fenicsx.own_options():
+            system.pc.setUp()
         assert system.multigrid._ksp.getPC().getMGSmoother(1).getTolerances()[3] == 7
         assert system.multigrid._ksp.getType() == "gmres"
     finally:
