@@ -164,16 +164,31 @@ def test_kept_ball_is_the_one_that_was_made(monkeypatch, tmp_path):
     assert (made.cells, made.facets, made.quality) == (kept.cells, kept.facets, kept.quality)
 
 
-def test_elements_are_small_where_contact_begins():
-    at = (7.0, 9.5 - math.sqrt(100 - 49 - 4), 2.0)
-    model = build_ball(BallSpec(size_um=5.0, zones=(Zone(at, 0.3, 1.0),)))
+def edges_of_outer_triangles(spec: BallSpec) -> tuple[np.ndarray, np.ndarray]:
+    """Middles of the surface's triangles and the mean lengths of their edges [µm]."""
+    model = build_ball(spec)
     x = model.getNodes()[1].reshape(-1, 3)
     (outer,) = (tag for dim, tag in model.getPhysicalGroups(2) if model.getPhysicalName(dim, tag) == "outer")
-    triangles = model.getElements(2, outer)[2][0].reshape(-1, 6)[:, :3] - 1
-    edges = np.linalg.norm(x[triangles] - x[np.roll(triangles, 1, axis=1)], axis=2).mean(axis=1)
-    away = np.linalg.norm(x[triangles].mean(axis=1) - at, axis=1)
+    corners = x[model.getElements(2, outer)[2][0].reshape(-1, 6)[:, :3] - 1]
+    return corners.mean(axis=1), np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean(axis=1)
+
+
+def test_elements_are_small_where_contact_begins():
+    at = (7.0, 9.5 - math.sqrt(100 - 49 - 4), 2.0)
+    middles, edges = edges_of_outer_triangles(BallSpec(size_um=5.0, zones=(Zone(at, 0.3, 1.0),)))
+    away = np.linalg.norm(middles - at, axis=1)
     assert 0.2 < edges[away < 1.0].mean() < 0.4
     assert edges[away > 8.0].mean() > 1.0
+
+
+def test_narrow_contact_has_as_many_elements_across_as_a_wide_one():
+    """A round pillar's contact at the bottom, and one of four square pillars' beside it."""
+    spec, bottom, corner = BallSpec(), (0.0, -0.5, 0.0), (2.9, 9.5 - math.sqrt(100 - 2 * 2.9**2), 2.9)
+    for at, radius, share in ((bottom, 3.3, 0.25), (corner, 1.2, 1.0), (corner, 0.4, 1.0)):
+        middles, edges = edges_of_outer_triangles(replace(spec, zones=spec.zones_of([(at, radius)])))
+        within = np.linalg.norm(middles - at, axis=1) < radius
+        assert 100 < within.sum() / share < 1000
+        assert edges[within].mean() < 0.3 * radius
 
 
 def test_straight_elements_have_straight_edges():
