@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
@@ -74,20 +73,26 @@ class Corners:
 
 
 def layered(
-    spec: BallSpec, shells: list[np.ndarray], x: np.ndarray, triangles: list[np.ndarray], tetrahedra: list[np.ndarray]
+    spec: BallSpec,
+    shells: list[np.ndarray],
+    radii: list[float],
+    x: np.ndarray,
+    triangles: list[np.ndarray],
+    tetrahedra: list[np.ndarray],
 ) -> Corners:
-    """A quarter with its thin layers in place: the thick ones make room, stacks of prisms fill it.
+    """A quarter with its thin layers in place: the thick ones shrink, stacks of prisms fill the gaps.
 
     Args:
         spec: what its layers are.
         shells: radii of nodes of what is extruded, from the inside out [µm].
-        x: positions about the centre when each shell is as thin as a sphere [µm].
+        radii: of the sphere that each shell is in what follows [µm].
+        x: positions about the centre [µm].
         triangles: of each of these spheres.
         tetrahedra: inside each of them, outside of the one before.
     """
     layers: dict[str, list[np.ndarray]] = {}
     faces: dict[str, np.ndarray] = {}
-    along, places = [], [_spread(x, shells, triangles, tetrahedra)]
+    along, places = [], [_shrunk(x, shells, radii, triangles, tetrahedra)]
     below, count = np.arange(len(x)), len(x)  # the number of each node as the next layer sees it
     for shell, own, cells in zip(shells, triangles, tetrahedra, strict=True):
         layers.setdefault(spec.layer_at(shell[0]), []).append(below[cells])
@@ -109,16 +114,18 @@ def layered(
     return Corners(np.concatenate(places), whole, {"outer": below[columns], **faces}, np.concatenate(along))
 
 
-def _spread(
-    x: np.ndarray, shells: list[np.ndarray], triangles: list[np.ndarray], tetrahedra: list[np.ndarray]
+def _shrunk(
+    x: np.ndarray,
+    shells: list[np.ndarray],
+    radii: list[float],
+    triangles: list[np.ndarray],
+    tetrahedra: list[np.ndarray],
 ) -> np.ndarray:
-    """Positions [µm] when each thick layer ends where the thin ones around it begin."""
-    x = x.copy()
-    for (before, shell), cells in zip(pairwise(shells), tetrahedra[1:], strict=True):
-        nodes = np.unique(cells)
-        radius = np.linalg.norm(x[nodes], axis=1, keepdims=True)
-        share = (radius - before[0]) / (shell[0] - before[0])
-        x[nodes] *= (before[-1] + share * (shell[0] - before[-1])) / radius
+    """Positions [µm] when each thick layer has its own size."""
+    factor = np.ones((len(x), 1))
+    for shell, radius, cells in zip(shells, radii, tetrahedra, strict=True):
+        factor[cells] = shell[0] / radius
+    x = x * factor
     for shell, own in zip(shells, triangles, strict=True):
         foot = np.unique(own)
         x[foot] *= shell[0] / np.linalg.norm(x[foot], axis=1, keepdims=True)

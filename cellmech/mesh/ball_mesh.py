@@ -1,7 +1,8 @@
 """Meshes of balls with curved tetrahedra: thick layers by Gmsh, thin ones as stacks of prisms on its surface meshes.
 
-Gmsh meshes a quarter in which each thin layer has shrunk to its inner sphere. That sphere's triangles are then extruded
-along the radii, and each prism becomes three tetrahedra.
+Gmsh meshes a quarter in which each stack of thin layers has shrunk to a sphere, and the thick layers inside have grown
+in proportion. These shrink again, the sphere's triangles are extruded along the radii, and each prism becomes three
+tetrahedra.
 """
 
 from __future__ import annotations
@@ -34,8 +35,10 @@ def build_ball(spec: BallSpec) -> KeptModel:
         MeshError: Gmsh failed.
     """
     shells = shells_of(spec)
-    x, triangles, tetrahedra = _thick(spec, [shell[0] for shell in shells])
-    corners = layered(spec, shells, x, triangles, tetrahedra)
+    radii = [shells[-1][0]]
+    for shell, inside in pairwise(reversed(shells)):
+        radii.insert(0, radii[0] * inside[-1] / shell[0])
+    corners = layered(spec, shells, radii, *_thick(spec, radii))
     for axis in "zx":
         if axis not in SYMMETRIC[spec.shape]:
             corners.mirror(AXES.index(axis))

@@ -107,6 +107,15 @@ def test_any_number_of_layers_can_be_stacked():
         assert found[name] == pytest.approx(ball(outer - 0.1, outer), rel=3e-4)
 
 
+def test_thick_layers_keep_their_shape_beside_wide_stacks():
+    """Stretched over what the stacks leave, their tetrahedra would be inverted."""
+    radii = (0.34, 0.55, 0.815, 0.835, 1.12, 1.55, 1.73, 2.0)
+    layers = tuple((f"ring {k}", radius) for k, radius in enumerate(radii))
+    spec = BallSpec(interfaces=layers, nucleus_radius_um=0.815, size_um=0.5, zones=())
+    assert [len(shell) for shell in shells_of(spec)] == [2, 2, 1, 2, 1]
+    assert build_domain(spec, COMM).quality["min_scaled_jacobian"] > 0.1
+
+
 def test_nodes_of_interfaces_and_of_planes_lie_on_them_exactly():
     model = build_ball(BallSpec(centre=(3.0, 9.5, -1.0), size_um=5.0))
     x = model.getNodes()[1].reshape(-1, 3) - [3.0, 9.5, -1.0]
