@@ -3,28 +3,25 @@
 from __future__ import annotations
 
 import math
-import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
-from PIL import Image
 
 from cellmech.errors import InputError
+from cellmech.figures.film import write_film
 from cellmech.figures.style import FADED, SUBSTRATE
 from cellmech.figures.substrate import magnified, polygons
-from cellmech.results.records import PARTIAL
 from cellmech.results.result import Result
 from cellmech.scene.placement import placement
 
 MARGIN = 0.08  # of the cell's diameter, around it
-FRAME_MS, LAST_MS, FILM_DPI = 120, 1500, 110
+FRAME_MS, LAST_MS = 120, 1500
 
 
 @dataclass(frozen=True)
@@ -113,24 +110,8 @@ def make_film(result: Result, path: Path, quantity: str, magnify: float = 1.0) -
     states = [read_state(result, *entry, quantity, magnify) for entry in series]
     view = _view(states)
     span = min(float(s.values.min()) for s in states), max(float(s.values.max()) for s in states)
-    pictures = []
-    for state in states:
-        figure = _draw(result, state, quantity, magnify, view, span)
-        figure.set_dpi(FILM_DPI)
-        canvas = FigureCanvasAgg(figure)
-        canvas.draw()
-        pictures.append(Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy()))
-    times = [FRAME_MS] * (len(pictures) - 1) + [LAST_MS]
-    partial = path.with_name(f"{PARTIAL}{os.getpid()}-{path.name}")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        pictures[0].save(partial, format="GIF", save_all=True, append_images=pictures[1:], duration=times, loop=0)
-        partial.replace(path)
-    except OSError as error:
-        raise InputError("--out", str(path), f"cannot be written ({error.strerror or error})") from None
-    finally:
-        partial.unlink(missing_ok=True)
-    return len(pictures)
+    pictures = (_draw(result, state, quantity, magnify, view, span) for state in states)
+    return write_film(pictures, path, FRAME_MS, LAST_MS)
 
 
 def _view(states: list[State]) -> tuple[float, float, float, float]:

@@ -26,6 +26,7 @@ from cellmech.scene.toml_file import read_toml
 from cellmech.surroundings import open_streams
 
 STUDIES = Path(__file__).resolve().parents[2] / "studies"
+IN_SPACE = Path("results/geometries/law=neo-hookean,geometry=3d")
 PAPER_NUMBERS = STUDIES / "paper_numbers.toml"
 
 
@@ -84,6 +85,16 @@ def _parser() -> argparse.ArgumentParser:
     default = [Path("results/fig2/neo-hookean")]
     picture.add_argument("--case", type=path_there, nargs="+", default=default, metavar="DIR", help=folders)
     picture.add_argument("--field", help="scalar of the field files to colour by; default: the layers")
+    turn = add("turntable", _turntable, "film of one case in 3-D, cut open, that turns once about the vertical")
+    about = "folder of the case; default: %(default)s"
+    turn.add_argument(
+        "--case",
+        type=path_there,
+        default=IN_SPACE,
+        metavar="DIR",
+        help=about,
+    )
+    turn.add_argument("--field", help="scalar of the field files to colour by; default: the layers")
     film = add("movie", _movie, "film of a field of one case, over the times at which its fields were written")
     case = Path("results/movie/movie")
     film.add_argument(
@@ -149,6 +160,16 @@ def _shape(options: argparse.Namespace) -> int:
         with styled():
             for path in save(draw_case(case, options.field), options.out, stem):
                 say(str(path))
+    return 0
+
+
+def _turntable(options: argparse.Namespace) -> int:
+    from cellmech.figures.film import make_turntable
+
+    path = options.out / f"{options.stem}.gif"
+    with styled():
+        count = make_turntable(load(options.case), path, options.field)
+    say(f"{path}: {count} pictures")
     return 0
 
 

@@ -17,7 +17,7 @@ from cellmech.figures.body import Body, Patch, read_body
 from cellmech.figures.render import Colour, View, picture, probe
 from cellmech.figures.shapes import scale_bar
 from cellmech.figures.sheet import UNDEFORMED
-from cellmech.figures.space import Paint, Stage, scale_of
+from cellmech.figures.space import AZIMUTH_DEG, Paint, Stage, scale_of
 from cellmech.figures.style import FADED, FAULT_COLOUR, LAWS, LAYER_COLOURS, SMALL, SUBSTRATE
 from cellmech.figures.substrate import behind, footprints, polygons
 from cellmech.results.result import Result
@@ -60,7 +60,7 @@ def draw_case(case: Result, quantity: str | None = None) -> Figure:
         axes = figure.add_axes((box[0], box[1] / height, box[2], box[3] / height))
         _draw_section(axes, section, body, case.scene, paint)
     write_caption(figure, case, t_s)
-    _legend(figure, paint, quantity)
+    write_legend(figure, paint, quantity)
     return figure
 
 
@@ -71,9 +71,10 @@ def paint_of(body: Body, quantity: str | None) -> Paint:
     return Paint(scale_of(body.values, quantity), matplotlib.colormaps[FIELD_COLOURS])
 
 
-def draw_stage(axes: Axes, stage: Stage, **turn: float) -> None:
-    """A cell in space, with a scale bar."""
-    axes.imshow(stage.image(round(PX_PER_IN * _width_in(axes)), **turn), extent=stage.view, interpolation="antialiased")
+def draw_stage(axes: Axes, stage: Stage, px_per_in: int = PX_PER_IN, azimuth_deg: float = AZIMUTH_DEG) -> None:
+    """A cell in space from an azimuth, with a scale bar."""
+    image = stage.image(round(px_per_in * _width_in(axes)), azimuth_deg)
+    axes.imshow(image, extent=stage.view, interpolation="antialiased")
     axes.set_axis_off()
     axes.set_anchor("C")
     scale_bar(axes, stage.view, 1)
@@ -170,7 +171,8 @@ def _signed(value: float, form: str) -> str:
     return format(value, form).replace("-", "−") if math.isfinite(value) else "–"
 
 
-def _legend(figure: Figure, paint: Paint, quantity: str | None) -> None:
+def write_legend(figure: Figure, paint: Paint, quantity: str | None, outlines: bool = True) -> None:
+    """The layers' colours or the field's scale, the substrate and, if drawn, the outlines before the load."""
     handles: list[Any] = []
     if paint.norm is None:
         handles += [Swatch(fc=colour, ec="none", label=name) for name, colour in LAYER_COLOURS.items()]
@@ -180,7 +182,8 @@ def _legend(figure: Figure, paint: Paint, quantity: str | None) -> None:
         bar.tick_params(labelsize=SMALL - 1, pad=1)
         bar.set_title(quantity or "", fontsize=SMALL, pad=2)
     handles.append(Swatch(fc=SUBSTRATE, ec="none", label="substrate"))
-    handles.append(Line2D([], [], label="undeformed outline", **UNDEFORMED))
+    if outlines:
+        handles.append(Line2D([], [], label="undeformed outline", **UNDEFORMED))
     side, x = ("lower right", 0.99) if paint.norm else ("lower left", 0.01)
     look: dict[str, Any] = dict(frameon=False, fontsize=SMALL, columnspacing=1.2, handlelength=1.6)
     figure.legend(handles=handles, ncol=6, loc=side, bbox_to_anchor=(x, 0.005), **look)

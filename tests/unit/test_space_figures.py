@@ -62,7 +62,7 @@ class TestBody:
         for radius, layer in ((10.0, "membrane"), (5.0, "lamina")):
             a, b, c = np.moveaxis(body.surface(radius, layer).whole("xz").now - [0.0, 7.5, 0.0], 1, 0)
             volume = np.einsum("ni,ni->n", a, np.cross(b, c)).sum() / 6
-            assert volume == pytest.approx(np.pi / 3 * radius**3, rel=1e-2)
+            assert volume == pytest.approx(np.pi / 3 * radius**3, rel=2e-2)
 
     def test_fields_are_carried_to_sections(self, tmp_path: Path) -> None:
         section = quarter(tmp_path, "sigma_mises_Pa").section()
