@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 
 from cellmech.errors import InputError
+from cellmech.figures.body import START, read_body
 from cellmech.figures.film import write_film
 from cellmech.figures.style import FADED, SUBSTRATE
 from cellmech.figures.substrate import magnified, polygons
@@ -26,7 +27,7 @@ FRAME_MS, LAST_MS = 120, 1500
 
 @dataclass(frozen=True)
 class State:
-    """A field at one time, on flat triangles; a half cell is completed by its mirror image.
+    """A field at one time, on flat triangles of the whole cell, or in space of its section through its centre.
 
     Args:
         t_s: the time [s].
@@ -55,16 +56,25 @@ def read_state(result: Result, t_s: float, file: Path, quantity: str, magnify: f
     scalars = [name for name, values in grid.point_data.items() if values.ndim == 1]
     if quantity not in scalars:
         raise InputError(str(file), quantity, f"must be one of {', '.join(scalars)}")
-    points, moves = np.asarray(grid.points)[:, :2], np.asarray(grid.point_data["displacement_um"])[:, :2]
+    points, moves, values, triangles = _parts(grid, result, file, quantity)
     lowest = np.argmin(points[:, 1])
     pivot, bottom = moves[lowest], points[lowest, 1]
     centre = np.array([placement(result.scene).centre[0], bottom + result.scene.radius_um]) + pivot
-    points, values = points + pivot + magnify * (moves - pivot), np.asarray(grid.point_data[quantity])
-    triangles = _flat(grid)
-    if result.scene.cell.shape == "half":
+    points = points + pivot + magnify * (moves - pivot)
+    if result.scene.cell.shape == "half" and result.scene.cell.geometry != "3d":
         triangles = np.concatenate([triangles, triangles[:, ::-1] + len(points)])
         points, values = np.concatenate([points, points * [-1.0, 1.0]]), np.concatenate([values, values])
     return State(t_s, points, triangles, values, centre)
+
+
+def _parts(grid: Any, result: Result, file: Path, quantity: str) -> tuple[np.ndarray, ...]:
+    """Points of the plane, their displacements, values and triangles, of what was solved or of a section."""
+    if result.scene.cell.geometry == "3d":
+        section = read_body(file, result.scene, quantity).section(part=START)
+        points, now = (at.reshape(-1, 3)[:, :2] for at in (section.start, section.now))
+        return points, now - points, section.values.ravel(), np.arange(len(points)).reshape(-1, 3)
+    points, moves = np.asarray(grid.points)[:, :2], np.asarray(grid.point_data["displacement_um"])[:, :2]
+    return points, moves, np.asarray(grid.point_data[quantity]), _flat(grid)
 
 
 def _flat(grid: Any) -> np.ndarray:

@@ -31,15 +31,17 @@ def fig2_table(study: StudyResult, paper: Mapping[str, Any]) -> Document:
             if q.rest:
                 shares.append(_shares(case, q))
     key = ["law", "q"]
+    plane = any(case.scene.cell.geometry == "plane" for case in study.cases.values())
+    measure = "area" if plane else "volume"
     meaning = (
-        "Part: 100 · integral of q over the nucleus / area of the cell. The paper does not define its part; "
+        f"Part: 100 · integral of q over the nucleus / {measure} of the cell. The paper does not define its part; "
         "what it prints fits this, and then its mean is the part / 100 · area of the cell / area of the nucleus."
     )
     tables = [
         Table("", "Largest value over time", "", [*key, "here", "at t [s]", "paper", *RATIOS], maxima),
         Table(
             "means",
-            "Mean over the reference area at the end, and the nucleus's part of the cell's deformation",
+            f"Mean over the reference {measure} at the end, and the nucleus's part of the cell's deformation",
             meaning,
             [*key, "mean here", "paper's mean", *RATIOS, "part here [%]", "paper [%]"],
             means,

@@ -64,7 +64,7 @@ class Panel:
             main.plot(t, values, color=look.colour, zorder=3, **STEP_MARKER)
         (self.strip or main).set_title(f"({letter})  {q.symbol}: {q.meaning}", loc="left")
         main.set_ylabel(f"largest {q.symbol}" + f"{self.less}  [{q.unit or '–'}]")
-        main.yaxis.set_label_coords(-0.15, 0.5)
+        main.yaxis.set_label_coords(-0.175, 0.5)
         main.set_xlabel("time [s]")
         for axes in filter(None, (main, self.strip)):
             axes.set_xlim(0.0, max(float(t[-1]) for t, _ in self.ours.values()) or 1.0)

@@ -7,13 +7,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from PIL import Image
 from plot_files import RADII, sag, write_ball, write_case, write_quarter
 
 from cellmech.errors import InputError
+from cellmech.figures import film
 from cellmech.figures.body import START, Body, Patch, read_body
+from cellmech.figures.field_picture import read_state
+from cellmech.figures.film import make_turntable
+from cellmech.figures.geometry_figure import draw_geometry
+from cellmech.figures.reference import rest_of
 from cellmech.figures.shape_figure import draw_case
+from cellmech.figures.shapes import read_pose
 from cellmech.figures.space import Paint, Stage, scale_of
-from cellmech.figures.style import FADED, LAYER_COLOURS, SUBSTRATE
+from cellmech.figures.style import FADED, LAYER_COLOURS, QUANTITIES, SUBSTRATE, less_rest, rests
 from cellmech.figures.substrate import behind, footprints, polygons
 from cellmech.results.result import load
 from cellmech.scene.scene import Scene
@@ -71,6 +78,51 @@ class TestBody:
     def test_a_field_that_is_not_there_is_refused_with_those_that_are(self, tmp_path: Path) -> None:
         with pytest.raises(InputError, match=r"J7.*sigma_mises_Pa"):
             quarter(tmp_path, "J7")
+
+
+class TestOtherFigures:
+    def test_shapes_and_films_show_the_section_of_a_ball(self, tmp_path: Path) -> None:
+        case = load(write_ball(tmp_path / "ball", lean))
+        shape = read_pose(case).shape
+        np.testing.assert_allclose([np.ptp(shape.reference[..., i]) for i in range(2)], 20.0, rtol=5e-3)
+        t_s, file = case.last_fields()
+        state = read_state(case, t_s, file, "sigma_mises_Pa", 1.0)
+        np.testing.assert_allclose(np.ptp(state.points, axis=0), [10.0, 20.0], rtol=5e-3)
+
+    def test_only_a_ball_turns_and_others_are_told_what_serves(self, tmp_path: Path) -> None:
+        write_case(tmp_path / "yeoh", "yeoh", 0, sag)
+        with pytest.raises(InputError, match="turntable.*shape"):
+            make_turntable(load(tmp_path / "yeoh"), tmp_path / "turn.gif")
+
+    def test_a_turntable_has_a_picture_of_every_side(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(film, "TURNS", 2)
+        case = load(write_ball(tmp_path / "ball", np.zeros_like))
+        assert make_turntable(case, tmp_path / "turn.gif") == 2
+        with Image.open(tmp_path / "turn.gif") as picture:
+            front = np.asarray(picture.convert("RGB"), dtype=int)
+            picture.seek(1)
+            back = np.asarray(picture.convert("RGB"), dtype=int)
+        green = [
+            np.mean((seen[..., 1] > seen[..., 0] + 40) & (seen[..., 1] > seen[..., 2] + 30)) for seen in (front, back)
+        ]
+        assert green[0] > 0.05 > 10 * green[1]  # the cytosol, but for its swatch in the legend
+
+    def test_rest_values_are_those_of_each_geometry(self, tmp_path: Path) -> None:
+        write_case(tmp_path / "yeoh", "yeoh", 0, sag)
+        plane, ball = load(tmp_path / "yeoh"), load(write_ball(tmp_path / "ball", np.zeros_like))
+        assert [plane.rest(name) for name in ("sigma_mises", "J1", "J2", "J3")] == [0.0, 2.0, 2.0, 1.0]
+        assert [ball.rest(name) for name in ("sigma_mises", "J1", "J2", "J3")] == [0.0, 3.0, 3.0, 1.0]
+        assert (rests([plane]), rests([ball])) == ("2, 2, 1", "3, 3, 1")
+        assert rests([ball, plane]) == "2, 2, 1 in the plane, and 3, 3, 1 outside it"
+        assert less_rest(QUANTITIES[1], [ball]) == " − 3"
+        assert less_rest(QUANTITIES[1], [ball, plane]) == " − rest"
+        assert rest_of("nucleus.J1_max", ball) == 3.0
+
+    def test_the_first_geometry_of_a_ball_is_shown_from_the_side_and_from_above(self) -> None:
+        scene = Scene.model_validate({"cell": {"geometry": "3d"}, **LATTICE})
+        side, above = draw_geometry(scene).axes
+        assert (side.get_ylabel(), above.get_ylabel()) == ("y [µm]", "z [µm]")
+        assert above.get_ylim()[0] > above.get_ylim()[1]  # z downwards
 
 
 class TestScale:
