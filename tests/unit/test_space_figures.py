@@ -91,7 +91,7 @@ class TestOtherFigures:
 
     def test_only_a_ball_turns_and_others_are_told_what_serves(self, tmp_path: Path) -> None:
         write_case(tmp_path / "yeoh", "yeoh", 0, sag)
-        with pytest.raises(InputError, match="turntable.*shape"):
+        with pytest.raises(InputError, match=r"turntable.*shape"):
             make_turntable(load(tmp_path / "yeoh"), tmp_path / "turn.gif")
 
     def test_a_turntable_has_a_picture_of_every_side(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
