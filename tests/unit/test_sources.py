@@ -78,7 +78,17 @@ def test_words_of_the_command_line_and_figures_do_not_bring_a_result_to_be_solve
     told = {"command", "progress", "plots", "study", "sweep", "display"}
     assert not [name for name in behind if name.rpartition(".")[2] in told]
     assert not [name for name in behind if name.startswith(("cellmech.figures", "studies"))]
-    for needed in ("kinematics", "laws", "contact", "balance", "newton", "stepping", "observables", "geometry", "bdf"):
+    for needed in (
+        "kinematics",
+        "laws",
+        "contact",
+        "balance",
+        "newton",
+        "time_steps",
+        "observables",
+        "geometry",
+        "bdf",
+    ):
         assert [name for name in behind if name.rpartition(".")[2] == needed], needed
     assert len(source_hash()) == 64
 
