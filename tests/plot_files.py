@@ -19,7 +19,8 @@ LAWS = ("saint-venant", "neo-hookean", "mooney-rivlin", "yeoh")
 TIMES = np.array([0.0, 100.0, 1000.0, 5000.0, 10000.0, 18000.0])
 RADII = (0.0, 4.9, 5.0, 9.5, 10.0)  # of Table 1; ring k carries the layer code k
 CENTRE = np.array([0.0, 9.5])
-VTK_QUADRATIC_TRIANGLE = 22
+VTK_QUADRATIC_TRIANGLE, VTK_QUADRATIC_TETRAHEDRON = 22, 24
+EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))  # of a tetrahedron, as VTK has their middles
 
 Field = Callable[[np.ndarray], np.ndarray]
 
@@ -145,3 +146,66 @@ def write_fields(path: Path, field: Field, half: bool = True, sectors: int = 12)
     grid.point_data["displacement_um"] = np.column_stack([field(flat), np.zeros(len(flat))])
     grid.cell_data["layer"] = np.array(layers, dtype=np.int32)
     grid.save(path)
+
+
+def write_ball(folder: Path, field: Field, **tables: Any) -> Path:
+    """A case in space: scene.toml, result.json, fields.pvd and the field file of a quarter of a ball."""
+    folder.mkdir(parents=True)
+    scene = Scene.model_validate({"cell": {"geometry": "3d", "shape": "quarter"}, **tables})
+    (folder / "scene.toml").write_text(scene_to_toml(scene))
+    strains = {"J1_mean": 3.25, "J1_max": 3.5}
+    shape = {"indentation_um": -4.5, "aspect": 0.96}
+    (folder / "result.json").write_text(
+        json.dumps(numbers(folder.name, 0) | {"nucleus": strains, "nucleus_shape": shape})
+    )
+    write_quarter(folder / "fields_0000.vtu", field)
+    entry = f'<DataSet timestep="{TIMES[-1]}" file="fields_0000.vtu"/>'
+    (folder / "fields.pvd").write_text(f'<VTKFile type="Collection"><Collection>{entry}</Collection></VTKFile>')
+    return folder
+
+
+def write_quarter(path: Path, field: Field, cuts: int = 3) -> None:
+    """A quarter of a ball, x >= 0 and z >= 0, of quadratic tetrahedra in the layers of Table 1, its spheres round.
+
+    A face of the octahedron falls into cuts² triangles, above each of which every layer is a prism, or at the middle a
+    tetrahedron.
+    """
+    import pyvista
+
+    elements, layers = [], []
+    for side in (1.0, -1.0):
+        for corners in _facets(cuts):
+            a, b, c = (corner * [1.0, side, 1.0] / np.linalg.norm(corner) for corner in corners)
+            for code, (inner, outer) in enumerate(pairwise(RADII)):
+                tops = [outer * a, outer * b, outer * c]
+                bottoms = [inner * a, inner * b, inner * c]
+                split = [[*tops, bottoms[0]], [tops[1], tops[2], *bottoms[:1], bottoms[1]], [tops[2], *bottoms]]
+                elements += split if inner else split[:1]
+                layers += [code] * (3 if inner else 1)
+    vertices = np.array(elements)
+    middles = np.stack([_between(vertices[:, i], vertices[:, j]) for i, j in EDGES], axis=1)
+    flat = np.concatenate([vertices, middles], axis=1).reshape(-1, 3) + np.array([0.0, CENTRE[1], 0.0])
+    cells = np.column_stack([np.full(len(elements), 10), np.arange(len(flat)).reshape(-1, 10)])
+    grid = pyvista.UnstructuredGrid(cells.ravel(), np.full(len(elements), VTK_QUADRATIC_TETRAHEDRON), flat)
+    grid.point_data["displacement_um"] = field(flat)
+    grid.point_data["sigma_mises_Pa"] = 10.0 ** (flat[:, 1] / 10.0)
+    grid.cell_data["layer"] = np.array(layers, dtype=np.int32)
+    grid.save(path)
+
+
+def _facets(cuts: int) -> list[list[np.ndarray]]:
+    """Triangles of the face between the three axes, each as its corners."""
+
+    def at(i: int, j: int) -> np.ndarray:
+        return np.array([i, j, cuts - i - j]) / cuts
+
+    up = [[at(i, j), at(i + 1, j), at(i, j + 1)] for i in range(cuts) for j in range(cuts - i)]
+    down = [[at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)] for i in range(cuts) for j in range(cuts - i - 1)]
+    return up + down
+
+
+def _between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Middles of edges, as far from the centre as their ends are on the mean."""
+    middle = (a + b) / 2
+    radii = (np.linalg.norm(a, axis=-1) + np.linalg.norm(b, axis=-1)) / 2
+    return middle * (radii / np.linalg.norm(middle, axis=-1))[:, None]

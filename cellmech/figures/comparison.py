@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from cellmech.figures.reference import Reference, References, read_references
+from cellmech.figures.reference import Reference, References, read_references, rest_of
 from cellmech.figures.results import StudyResult, read_study
 from cellmech.figures.section import NONE, Row, Section, signal, significant, tone_of
 from cellmech.figures.style import provenance
@@ -204,7 +204,7 @@ def _compared(reference: Reference, study: StudyResult) -> Compared:
         reference=reference,
         theirs=reference.value,
         uncertainty=reference.uncertainty,
-        rest=reference.rest,
+        rest=rest_of(reference.key, case) if math.isnan(reference.rest) else reference.rest,
         ours=ours,
         error=error,
         lack=lack,

@@ -11,7 +11,18 @@ from matplotlib.lines import Line2D
 from cellmech.errors import InputError
 from cellmech.figures.panel import PAPER_MARKER, STEP_MARKER, Panel
 from cellmech.figures.results import StudyResult
-from cellmech.figures.style import FAULT_COLOUR, LAWS, PAPER, QUANTITIES, SMALL, TINY, Quantity, provenance
+from cellmech.figures.style import (
+    FAULT_COLOUR,
+    LAWS,
+    PAPER,
+    QUANTITIES,
+    SMALL,
+    TINY,
+    Quantity,
+    less_rest,
+    provenance,
+    rests,
+)
 
 LEFT = 0.075
 
@@ -35,8 +46,9 @@ def draw_curves(study: StudyResult, paper: Mapping[str, Any]) -> Figure:
     figure = Figure(figsize=(13.6, 9.4))
     grid = figure.add_gridspec(2, 2, left=LEFT, right=0.868, bottom=0.125, top=0.855, wspace=0.62, hspace=0.34)
     for index, (quantity, column) in enumerate(columns.items()):
-        ours = {law: (curve["t_s"], curve[column]) for law, curve in curves.items()}
-        panel = Panel(figure, grid[index // 2, index % 2], quantity, ours, _printed(paper, quantity))
+        ours = {law: (of["t_s"], of[column] - cases[law].rest(quantity.key)) for law, of in curves.items()}
+        less = less_rest(quantity, cases.values())
+        panel = Panel(figure, grid[index // 2, index % 2], quantity, ours, _printed(paper, quantity), less)
         panel.draw("abcd"[index])
         for law, case in cases.items():
             if case.failure:
@@ -68,7 +80,7 @@ def _notes(figure: Figure, study: StudyResult) -> None:
     figure.text(LEFT, 0.950, title, fontsize=11.5)
     if study.faults():
         figure.text(LEFT, 0.896, study.complaint(150), color=FAULT_COLOUR, fontsize=SMALL)
-    rest = "Strains are drawn less their value at rest (J₁ = 2, J₂ = 2, J₃ = 1). "
+    rest = f"Strains are drawn less their value at rest (J₁, J₂, J₃ = {rests(study.cases.values())}). "
     paper = f"The paper ({PAPER}, section 3.1) prints maxima only, not when they occur."
     figure.text(LEFT, 0.042, rest + paper, fontsize=SMALL)
     figure.text(LEFT, 0.018, provenance(study), fontsize=TINY, color="#555555")

@@ -3,33 +3,31 @@
 from __future__ import annotations
 
 import math
-import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
-from PIL import Image
 
 from cellmech.errors import InputError
+from cellmech.figures.body import START, read_body
+from cellmech.figures.film import write_film
 from cellmech.figures.style import FADED, SUBSTRATE
 from cellmech.figures.substrate import magnified, polygons
-from cellmech.results.records import PARTIAL
 from cellmech.results.result import Result
 from cellmech.scene.placement import placement
 
 MARGIN = 0.08  # of the cell's diameter, around it
-FRAME_MS, LAST_MS, FILM_DPI = 120, 1500, 110
+FRAME_MS, LAST_MS = 120, 1500
 
 
 @dataclass(frozen=True)
 class State:
-    """A field at one time, on flat triangles; a half cell is completed by its mirror image.
+    """A field at one time, on flat triangles of the whole cell, or in space of its section through its centre.
 
     Args:
         t_s: the time [s].
@@ -58,16 +56,25 @@ def read_state(result: Result, t_s: float, file: Path, quantity: str, magnify: f
     scalars = [name for name, values in grid.point_data.items() if values.ndim == 1]
     if quantity not in scalars:
         raise InputError(str(file), quantity, f"must be one of {', '.join(scalars)}")
-    points, moves = np.asarray(grid.points)[:, :2], np.asarray(grid.point_data["displacement_um"])[:, :2]
+    points, moves, values, triangles = _parts(grid, result, file, quantity)
     lowest = np.argmin(points[:, 1])
     pivot, bottom = moves[lowest], points[lowest, 1]
     centre = np.array([placement(result.scene).centre[0], bottom + result.scene.radius_um]) + pivot
-    points, values = points + pivot + magnify * (moves - pivot), np.asarray(grid.point_data[quantity])
-    triangles = _flat(grid)
-    if result.scene.cell.shape == "half":
+    points = points + pivot + magnify * (moves - pivot)
+    if result.scene.cell.shape == "half" and result.scene.cell.geometry != "3d":
         triangles = np.concatenate([triangles, triangles[:, ::-1] + len(points)])
         points, values = np.concatenate([points, points * [-1.0, 1.0]]), np.concatenate([values, values])
     return State(t_s, points, triangles, values, centre)
+
+
+def _parts(grid: Any, result: Result, file: Path, quantity: str) -> tuple[np.ndarray, ...]:
+    """Points of the plane, their displacements, values and triangles, of what was solved or of a section."""
+    if result.scene.cell.geometry == "3d":
+        section = read_body(file, result.scene, quantity).section(part=START)
+        points, now = (at.reshape(-1, 3)[:, :2] for at in (section.start, section.now))
+        return points, now - points, section.values.ravel(), np.arange(len(points)).reshape(-1, 3)
+    points, moves = np.asarray(grid.points)[:, :2], np.asarray(grid.point_data["displacement_um"])[:, :2]
+    return points, moves, np.asarray(grid.point_data[quantity]), _flat(grid)
 
 
 def _flat(grid: Any) -> np.ndarray:
@@ -113,24 +120,8 @@ def make_film(result: Result, path: Path, quantity: str, magnify: float = 1.0) -
     states = [read_state(result, *entry, quantity, magnify) for entry in series]
     view = _view(states)
     span = min(float(s.values.min()) for s in states), max(float(s.values.max()) for s in states)
-    pictures = []
-    for state in states:
-        figure = _draw(result, state, quantity, magnify, view, span)
-        figure.set_dpi(FILM_DPI)
-        canvas = FigureCanvasAgg(figure)
-        canvas.draw()
-        pictures.append(Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy()))
-    times = [FRAME_MS] * (len(pictures) - 1) + [LAST_MS]
-    partial = path.with_name(f"{PARTIAL}{os.getpid()}-{path.name}")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        pictures[0].save(partial, format="GIF", save_all=True, append_images=pictures[1:], duration=times, loop=0)
-        partial.replace(path)
-    except OSError as error:
-        raise InputError("--out", str(path), f"cannot be written ({error.strerror or error})") from None
-    finally:
-        partial.unlink(missing_ok=True)
-    return len(pictures)
+    pictures = (_draw(result, state, quantity, magnify, view, span) for state in states)
+    return write_film(pictures, path, FRAME_MS, LAST_MS)
 
 
 def _view(states: list[State]) -> tuple[float, float, float, float]:

@@ -10,15 +10,21 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle, Wedge
 
-from cellmech.figures.style import LAYER_COLOURS, SMALL, SUBSTRATE, TINY
-from cellmech.figures.substrate import outline_of
-from cellmech.scene.parts import LAYER_NAMES, LayerName, Pillar
+from cellmech.figures.style import FADED, LAYER_COLOURS, SMALL, SUBSTRATE, TINY
+from cellmech.figures.substrate import depth_um, footprints, outline_of
+from cellmech.mechanics.obstacles import Pillar
+from cellmech.scene.parts import LAYER_NAMES, LayerName
 from cellmech.scene.placement import placement
 from cellmech.scene.scene import Scene
-from cellmech.scene.substrate import pillar_of, standing
+from cellmech.scene.substrate import Upright, standing
 
 ARROW: dict[str, Any] = dict(arrowstyle="<|-|>", color="black", lw=1.1, shrinkA=0, shrinkB=0, mutation_scale=11)
 LABEL: dict[str, Any] = dict(boxstyle="round,pad=0.15", fc="white", ec="none", alpha=0.85)
+NOTES = {
+    "plane": "symmetry axis: the right half is computed, the left one mirrored",
+    "axisymmetric": "the half that is computed is turned about this axis",
+    "3d": "what is computed is mirrored at this plane",
+}
 PALE = 0.45  # opacity of the half that is mirrored
 
 
@@ -34,12 +40,15 @@ def draw_geometry(scene: Scene) -> Figure:
     main.set(xlim=view[:2], ylim=view[2:], xlabel="x [µm]", ylabel="y [µm]", aspect="equal")
     _radii(main, scene, centre)
     _substrate_sizes(main, scene, view)
-    if scene.cell.shape == "half":
+    if "x" in scene.mirrors:
         main.axvline(0.0, color="black", lw=0.9, ls=(0, (8, 3, 1.5, 3)))
-        note = "symmetry axis: the right half is computed, the left one mirrored"
+        note = NOTES[scene.cell.geometry]
         main.annotate(note, (0.0, view[3]), (0, 3), textcoords="offset points", fontsize=TINY, ha="center", va="bottom")
-    _zoom(main, scene, centre, "lamina", "t_l", 0.665)
-    _zoom(main, scene, centre, "membrane", "t_m", 0.335)
+    if scene.cell.geometry == "3d":
+        _draw_from_above(figure.add_axes((0.675, 0.36, 0.305, 0.55)), scene, view[:2])
+    else:
+        _zoom(main, scene, centre, "lamina", "t_l", 0.665)
+        _zoom(main, scene, centre, "membrane", "t_m", 0.335)
     _legend(figure, scene)
     figure.text(0.065, 0.955, "Cell and substrate at t = 0 s", fontsize=15, weight="bold")
     return figure
@@ -47,7 +56,7 @@ def draw_geometry(scene: Scene) -> Figure:
 
 def _draw_cell(axes: Axes, scene: Scene, centre: tuple[float, float]) -> None:
     """The layers as rings; of a half cell the mirrored half paler."""
-    halves = [(-90, 90, 1.0), (90, 270, PALE)] if scene.cell.shape == "half" else [(0, 360, 1.0)]
+    halves = [(-90, 90, 1.0), (90, 270, PALE)] if "x" in scene.mirrors else [(0, 360, 1.0)]
     for name in LAYER_NAMES:
         outer, inner = scene.outer_radius_um(name), scene.inner_radius_um(name)
         for start, end, opacity in halves:
@@ -55,6 +64,21 @@ def _draw_cell(axes: Axes, scene: Scene, centre: tuple[float, float]) -> None:
             axes.add_patch(
                 Wedge(centre, outer, start, end, width=outer - inner, fc=_mixed(*colour), ec="none", lw=0, zorder=2)
             )
+
+
+def _draw_from_above(axes: Axes, scene: Scene, sides: tuple[float, float]) -> None:
+    """Cell, nucleus and the feet of the pillars, x to the right and z downwards; what is mirrored is paler."""
+    x, _, z = placement(scene).centre
+    half = (sides[1] - sides[0]) / 2
+    solid = {"": (0, 360), "x": (-90, 90), "xz": (0, 90)}[scene.mirrors]
+    for name in ("membrane", "lamina"):
+        for (start, end), opacity in (((0, 360), PALE), (solid, 1.0)):
+            colour = _mixed(LAYER_COLOURS[name], opacity)
+            axes.add_patch(Wedge((x, z), scene.outer_radius_um(name), start, end, fc=colour, ec="none", lw=0))
+    for foot in footprints(scene, (x - half, x + half, z - half, z + half)):
+        axes.fill(*foot.T, fc="none", ec="#4d4d4d", lw=1.2)
+    axes.set(xlim=(x - half, x + half), ylim=(z + half, z - half), xlabel="x [µm]", ylabel="z [µm]", aspect="equal")
+    axes.set_title("from above: cell, nucleus, feet of pillars", fontsize=10.5, loc="left")
 
 
 def _mixed(colour: str, opacity: float) -> tuple[float, ...]:
@@ -76,7 +100,11 @@ def _view(scene: Scene, centre: tuple[float, float]) -> tuple[float, float, floa
 
 def _draw_substrate(axes: Axes, scene: Scene, view: tuple[float, float, float, float]) -> None:
     for one in standing(scene):
-        axes.fill(*outline_of(one.arch).T, fc=SUBSTRATE, ec="#6d6d6d", lw=1.2, zorder=1)
+        outline = outline_of(one.arch, depth_um(scene))
+        if len(outline):
+            axes.fill(*outline.T, fc=SUBSTRATE, ec="#6d6d6d", lw=1.2, zorder=1)
+        elif not isinstance(one.arch, Pillar):  # beside the plane of the section
+            axes.fill(*outline_of(one.arch, one.arch.z_um).T, fc=FADED, ec="#9d9d9d", lw=0.8, zorder=0.5)
     if scene.flat is not None:
         low = view[2] - 1.0
         axes.add_patch(
@@ -116,10 +144,9 @@ def _radii(axes: Axes, scene: Scene, centre: tuple[float, float]) -> None:
 
 def _substrate_sizes(axes: Axes, scene: Scene, view: tuple[float, float, float, float]) -> None:
     """Sizes of the first pillar, y_flat, the gap."""
-    if scene.pillar:
-        _pillar_sizes(axes, scene.pillar[0])
-    elif scene.array is not None:
-        _pillar_sizes(axes, pillar_of(scene.array))
+    if arches := [one.arch for one in standing(scene)]:
+        first = arches[0] if scene.pillar else min(arches, key=lambda arch: (abs(arch.x_um), -arch.x_um))
+        _pillar_sizes(axes, first)
     if scene.flat is not None:
         _say(axes, f"$y_{{flat}}$ = {_length(scene.flat.y_um)}", (view[0], scene.flat.y_um), (6, -4), va="top")
     if scene.cell.gap_um:
@@ -127,7 +154,7 @@ def _substrate_sizes(axes: Axes, scene: Scene, view: tuple[float, float, float, 
         _say(axes, text, (view[1], view[3]), (-6, -6), ha="right", va="top", fontsize=SMALL)
 
 
-def _pillar_sizes(axes: Axes, pillar: Pillar) -> None:
+def _pillar_sizes(axes: Axes, pillar: Upright) -> None:
     """w_mp, h_mp and the place of a pillar."""
     x, y, w, h = pillar.x_um, pillar.y_um, pillar.half_width_um, pillar.height_um
     across, up = y + 0.3 * h, x - 0.35 * w
@@ -135,8 +162,7 @@ def _pillar_sizes(axes: Axes, pillar: Pillar) -> None:
     _say(axes, f"$w_{{mp}}$ = {_length(w)}", (x + 0.5 * w, across), (0, 5), ha="center")
     _say(axes, "half the width", (x + 0.5 * w, across), (0, -5), ha="center", va="top", fontsize=SMALL)
     _arrow(axes, (up, y), (up, y + h))
-    box = LABEL | {"fc": SUBSTRATE}
-    _say(axes, f"$h_{{mp}}$ = {_length(h)}", (up, y + 0.55 * h), (0, 0), ha="center", va="center", bbox=box)
+    _say(axes, f"$h_{{mp}}$ = {_length(h)}", (up, y + 0.68 * h), (0, 0), ha="center", va="center", bbox=LABEL)
     axes.plot([x], [y], "+", ms=9, mew=1.4, color="black", zorder=6)
     text = f"$(x_{{mp}}, y_{{mp}})$ = ({_number(x)}, {_number(y)}) µm"
     _say(axes, text, (x, y), (7, -4), va="top", fontsize=SMALL)

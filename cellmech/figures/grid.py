@@ -61,7 +61,7 @@ class Grid:
         for place, name in self.names.items():
             case = self.study.cases.get(name)
             if case is not None and not case.failure:
-                found[place] = case.get(f"nucleus.{quantity.key}_max{quantity.suffix}") - quantity.rest
+                found[place] = case.get(f"nucleus.{quantity.key}_max{quantity.suffix}") - case.rest(quantity.key)
         return found
 
     def lack(self, place: Place) -> str:

@@ -17,7 +17,18 @@ from matplotlib.patches import Patch, Rectangle
 
 from cellmech.figures.grid import Extreme, Grid, Place, extremes
 from cellmech.figures.results import StudyResult
-from cellmech.figures.style import FAULT_COLOUR, PAPER, QUANTITIES, SMALL, TINY, Quantity, printed, provenance
+from cellmech.figures.style import (
+    FAULT_COLOUR,
+    PAPER,
+    QUANTITIES,
+    SMALL,
+    TINY,
+    Quantity,
+    less_rest,
+    printed,
+    provenance,
+    rests,
+)
 from cellmech.scene.variants import value_text
 
 COLOURS = "cividis_r"  # perceptually uniform, for colour-blind eyes and grey print alike; dark is large
@@ -94,8 +105,7 @@ class MapPanel:
     def label(self) -> str:
         """Label of the quantity that the cells show."""
         q = self.quantity
-        what = f"largest {q.symbol}" + (f" − {q.rest:g}" if q.rest else "")
-        return f"{what}  [{self.unit()}]"
+        return f"largest {q.symbol}{less_rest(q, self.grid.study.cases.values())}  [{self.unit()}]"
 
     def number(self, value: float) -> str:
         """A value with as many digits as tell neighbours apart."""
@@ -214,6 +224,6 @@ def _notes(figure: Figure, study: StudyResult) -> None:
     if study.faults():
         lines = textwrap.wrap(study.complaint(FAULT_CHARACTERS), FAULT_CHARACTERS // 2 + 5)
         figure.text(LEFT, 0.9155, "\n".join(lines), color=FAULT_COLOUR, fontsize=SMALL, va="top")
-    rest = "Strains are shown less their value at rest (2, 2, 1 for $J_1$, $J_2$, $J_3$). "
+    rest = f"Strains are shown less their value at rest ({rests(study.cases.values())} for $J_1$, $J_2$, $J_3$). "
     figure.text(LEFT, 0.040, rest + f"Paper: {PAPER}.", fontsize=SMALL)
     figure.text(LEFT, 0.020, provenance(study), fontsize=TINY, color="#555555")

@@ -7,15 +7,12 @@ from typing import Any
 
 from cellmech.figures.nucleus import OUTLINES, start_um
 from cellmech.figures.results import StudyResult
-from cellmech.figures.style import LAWS, PAPER, QUANTITIES, Quantity, printed_form, provenance
+from cellmech.figures.style import LAWS, PAPER, QUANTITIES, Quantity, printed_form, provenance, rests
 from cellmech.figures.table import NONE, Cell, Document, Table, Value, ratios
 from cellmech.results.result import Result
 
 NAMES = {"sigma_mises": "σ_Mises [Pa]"}
 RATIOS = ["here / paper", "same, of q − q0"]
-AT_REST = (
-    f"q0 is the value at rest: 2, 2, 1 for J1, J2, J3 and 0 for the stress. {NONE} : not printed, or no such number."
-)
 
 
 def fig2_table(study: StudyResult, paper: Mapping[str, Any]) -> Document:
@@ -34,15 +31,17 @@ def fig2_table(study: StudyResult, paper: Mapping[str, Any]) -> Document:
             if q.rest:
                 shares.append(_shares(case, q))
     key = ["law", "q"]
+    plane = any(case.scene.cell.geometry == "plane" for case in study.cases.values())
+    measure = "area" if plane else "volume"
     meaning = (
-        "Part: 100 · integral of q over the nucleus / area of the cell. The paper does not define its part; "
+        f"Part: 100 · integral of q over the nucleus / {measure} of the cell. The paper does not define its part; "
         "what it prints fits this, and then its mean is the part / 100 · area of the cell / area of the nucleus."
     )
     tables = [
         Table("", "Largest value over time", "", [*key, "here", "at t [s]", "paper", *RATIOS], maxima),
         Table(
             "means",
-            "Mean over the reference area at the end, and the nucleus's part of the cell's deformation",
+            f"Mean over the reference {measure} at the end, and the nucleus's part of the cell's deformation",
             meaning,
             [*key, "mean here", "paper's mean", *RATIOS, "part here [%]", "paper [%]"],
             means,
@@ -56,7 +55,7 @@ def fig2_table(study: StudyResult, paper: Mapping[str, Any]) -> Document:
         ),
     ]
     title = f"The nucleus at the four laws, beside the paper ({PAPER}, section 3.1)"
-    return Document(title, AT_REST, tables, provenance(study))
+    return Document(title, _at_rest(study), tables, provenance(study))
 
 
 def table3(study: StudyResult, paper: Mapping[str, Any]) -> Document:
@@ -98,7 +97,16 @@ def table3(study: StudyResult, paper: Mapping[str, Any]) -> Document:
         ),
     ]
     ends = ", ".join(sorted({f"{case.scene.time.end_s:,.0f} s" for case in study.cases.values()}))
-    return Document(f"Table 3: the nucleus at {ends} ({PAPER}, section 3.4)", AT_REST, tables, provenance(study))
+    return Document(
+        f"Table 3: the nucleus at {ends} ({PAPER}, section 3.4)", _at_rest(study), tables, provenance(study)
+    )
+
+
+def _at_rest(study: StudyResult) -> str:
+    values = rests(study.cases.values())
+    lead = f"q0 is the value at rest: {values} for J1, J2, J3 and 0 for the stress."
+    print_ = "" if values == "2, 2, 1" else " In print it is 2, 2, 1."
+    return f"{lead}{print_} {NONE} : not printed, or no such number."
 
 
 def _label(case: Result) -> str:
@@ -111,24 +119,31 @@ def _head(case: Result, q: Quantity) -> list[Cell]:
 
 def _maximum(case: Result, q: Quantity, theirs: float | None) -> list[Cell]:
     ours = case.get(f"nucleus.{q.key}_max{q.suffix}")
-    return [*_head(case, q), _value(ours, q), _printed(theirs), *ratios(ours, theirs, q.rest)]
+    return [*_head(case, q), _value(ours, q), _printed(theirs), *ratios(ours, theirs, case.rest(q.key), q.rest)]
 
 
 def _maximum_over_time(case: Result, q: Quantity, theirs: float | None) -> list[Cell]:
     ours = case.get(f"nucleus.{q.key}_max_over_time{q.suffix}")
     when = Value(case.get(f"nucleus.{q.key}_max_time_s"), ",.0f")
-    return [*_head(case, q), _value(ours, q), when, _printed(theirs), *ratios(ours, theirs, q.rest)]
+    return [*_head(case, q), _value(ours, q), when, _printed(theirs), *ratios(ours, theirs, case.rest(q.key), q.rest)]
 
 
 def _mean(case: Result, q: Quantity, share: float | None) -> list[Cell]:
     ours, part = (
         case.get(f"nucleus.{q.key}_mean{q.suffix}"),
-        case.get(f"share_of_area_percent.{q.key}"),
+        case.get(f"share_of_{'area' if case.scene.cell.geometry == 'plane' else 'volume'}_percent.{q.key}"),
     )
     implied = None if share is None else share / 100 * case.get("cell.area_um2") / case.get("nucleus.area_um2")
     paper: Cell = NONE if implied is None else Value(implied, ".2f")
     shown: Cell = NONE if share is None else Value(share, "g")
-    return [*_head(case, q), _value(ours, q), paper, *ratios(ours, implied, q.rest), Value(part, ".2f"), shown]
+    return [
+        *_head(case, q),
+        _value(ours, q),
+        paper,
+        *ratios(ours, implied, case.rest(q.key), q.rest),
+        Value(part, ".2f"),
+        shown,
+    ]
 
 
 def _shares(case: Result, q: Quantity) -> list[Cell]:

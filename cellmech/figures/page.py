@@ -19,8 +19,10 @@ from cellmech.figures.section import NONE, TONES, Row, Section, signal
 from cellmech.figures.style import QUANTITIES, provenance
 from cellmech.results.result import Result
 
-COLUMNS = {f"nucleus.{q.key}_max{q.suffix}": (f"σ_Mises [{q.unit}]" if q.unit else q.key, q.rest) for q in QUANTITIES}
-COLUMNS |= {"contact.max_depth_um": ("depth [µm]", 0.0), "contact.force_Pa_x_um": ("force [Pa µm]", 0.0)}
+COLUMNS = {f"nucleus.{q.key}_max{q.suffix}": (f"σ_Mises [{q.unit}]" if q.unit else q.key, q.key) for q in QUANTITIES}
+COLUMNS |= {"contact.max_depth_um": ("depth [µm]", "")}
+FORCES = {"contact.force_Pa_x_um": True, "contact.force_pN": False}  # and whether they are those of a plane
+COLUMNS |= {key: (f"force [{'Pa µm' if plane else 'pN'}]", "") for key, plane in FORCES.items()}
 MOST_VARIED = 6  # keys that set the cases apart and are shown
 
 
@@ -115,13 +117,15 @@ def number_section(study: StudyResult) -> Section:
     cases = study.cases.items()
     scenes = {name: dict(_settings(case.scene.model_dump(mode="json", by_alias=True))) for name, case in cases}
     varied = _varied(scenes.values())
-    header = ("case", *varied[:MOST_VARIED], "status", *(label for label, _ in COLUMNS.values()))
+    planes = {case.scene.cell.geometry == "plane" for case in study.cases.values()}
+    columns = {key: of for key, of in COLUMNS.items() if key not in FORCES or FORCES[key] in planes}
+    header = ("case", *varied[:MOST_VARIED], "status", *(label for label, _ in columns.values()))
     rows = []
     for name, case in cases:
         settings = {key: scenes[name].get(key) for key in varied}
-        values = {key: case.get(key) for key in COLUMNS}
+        values = {key: case.get(key) for key in columns}
         status = "failed" if case.failure else "solved"
-        texts = [signal(values[key], rest, case.get(f"error.{key}")) for key, (_, rest) in COLUMNS.items()]
+        texts = [signal(values[key], case.rest(of), case.get(f"error.{key}")) for key, (_, of) in columns.items()]
         cells = (name, *(str(settings[key]) for key in varied[:MOST_VARIED]), status, *texts)
         rows.append(Row(cells, {"case": name, **settings, "status": status, **values}))
     more = f" {len(varied) - MOST_VARIED} more keys differ." if len(varied) > MOST_VARIED else ""

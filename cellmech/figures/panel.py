@@ -25,8 +25,9 @@ class Panel:
         figure: to draw on.
         place: of the whole panel in the figure's grid.
         quantity: what is drawn, less its value at rest.
-        ours: law -> times [s] and values.
+        ours: law -> times [s] and values, these less theirs at rest.
         paper: law -> printed maximum.
+        less: what was taken off ours, to stand behind the quantity's name.
     """
 
     def __init__(
@@ -36,9 +37,9 @@ class Panel:
         quantity: Quantity,
         ours: Mapping[str, tuple[np.ndarray, np.ndarray]],
         paper: Mapping[str, float],
+        less: str,
     ) -> None:
-        self.quantity, self.paper = quantity, paper
-        self.ours = {law: (t, values - quantity.rest) for law, (t, values) in ours.items()}
+        self.quantity, self.paper, self.ours, self.less = quantity, paper, ours, less
         low, high = (find(0.0, *(float(v) for _, y in self.ours.values() for v in y if v == v)) for find in (min, max))
         theirs = max((value - quantity.rest for value in paper.values()), default=0.0)
         self.strip: Axes | None = None
@@ -62,8 +63,8 @@ class Panel:
             main.plot(t, values, **line, zorder=look.order, gid=f"law:{law}")
             main.plot(t, values, color=look.colour, zorder=3, **STEP_MARKER)
         (self.strip or main).set_title(f"({letter})  {q.symbol}: {q.meaning}", loc="left")
-        main.set_ylabel(f"largest {q.symbol}" + (f" − {q.rest:g}  [–]" if q.rest else f"  [{q.unit}]"))
-        main.yaxis.set_label_coords(-0.15, 0.5)
+        main.set_ylabel(f"largest {q.symbol}" + f"{self.less}  [{q.unit or '–'}]")
+        main.yaxis.set_label_coords(-0.175, 0.5)
         main.set_xlabel("time [s]")
         for axes in filter(None, (main, self.strip)):
             axes.set_xlim(0.0, max(float(t[-1]) for t, _ in self.ours.values()) or 1.0)

@@ -26,6 +26,7 @@ from cellmech.scene.toml_file import read_toml
 from cellmech.surroundings import open_streams
 
 STUDIES = Path(__file__).resolve().parents[2] / "studies"
+IN_SPACE = Path("results/geometries/law=neo-hookean,geometry=3d")
 PAPER_NUMBERS = STUDIES / "paper_numbers.toml"
 
 
@@ -79,6 +80,21 @@ def _parser() -> argparse.ArgumentParser:
     table2.set_defaults(numbers="table3")
     add_study("table3", _table3, "maxima and shape index in S1, S2, S3", "table3", "table3")
     add_study("table-fig2", _table_fig2, "maxima, means and shares at the four laws", "fig2", "fig2")
+    picture = add("shape", _shape, "the deformed cell of each case; in 3-D cut open, with its section and from above")
+    folders = "folders of the cases; default: %(default)s"
+    default = [Path("results/fig2/neo-hookean")]
+    picture.add_argument("--case", type=path_there, nargs="+", default=default, metavar="DIR", help=folders)
+    picture.add_argument("--field", help="scalar of the field files to colour by; default: the layers")
+    turn = add("turntable", _turntable, "film of one case in 3-D, cut open, that turns once about the vertical")
+    about = "folder of the case; default: %(default)s"
+    turn.add_argument(
+        "--case",
+        type=path_there,
+        default=IN_SPACE,
+        metavar="DIR",
+        help=about,
+    )
+    turn.add_argument("--field", help="scalar of the field files to colour by; default: the layers")
     film = add("movie", _movie, "film of a field of one case, over the times at which its fields were written")
     case = Path("results/movie/movie")
     film.add_argument(
@@ -133,6 +149,28 @@ def _described_shapes(options: argparse.Namespace) -> int:
 
     study, paper = _study(options), _paper(options)
     return _draw(options, draw_shapes, study, lambda case: nucleus_lines(case, paper)) or _complain(study)
+
+
+def _shape(options: argparse.Namespace) -> int:
+    from cellmech.figures.shape_figure import draw_case
+
+    cases = [load(folder) for folder in options.case]
+    for case in cases:
+        stem = options.stem if len(cases) == 1 else f"{options.stem}-{case.name}"
+        with styled():
+            for path in save(draw_case(case, options.field), options.out, stem):
+                say(str(path))
+    return 0
+
+
+def _turntable(options: argparse.Namespace) -> int:
+    from cellmech.figures.film import make_turntable
+
+    path = options.out / f"{options.stem}.gif"
+    with styled():
+        count = make_turntable(load(options.case), path, options.field)
+    say(f"{path}: {count} pictures")
+    return 0
 
 
 def _movie(options: argparse.Namespace) -> int:

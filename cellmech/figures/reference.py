@@ -11,6 +11,7 @@ from typing import Any
 
 from cellmech.errors import InputError
 from cellmech.figures.style import QUANTITIES
+from cellmech.results.result import Result
 from cellmech.scene.toml_file import read_toml
 
 STATISTIC = r"_(max|min|mean|p99)(_over_time)?"
@@ -26,7 +27,7 @@ class Reference:
         key: of our number in result.json, dotted.
         value: the number, in the unit that the key names.
         uncertainty: how far it may be off, in the same unit; NaN where that is not said.
-        rest: the value where nothing is deformed.
+        rest: the value where nothing is deformed; NaN where that is not said.
         note: what else there is to say.
     """
 
@@ -101,11 +102,17 @@ def _number(where: str, case: str, key: str, table: Mapping[str, Any]) -> Refere
     uncertainty = float(table.get("uncertainty", math.nan))
     if uncertainty < 0:
         raise InputError(where, f"{place}.uncertainty", "must be >= 0", uncertainty)
-    rest = float(table.get("rest", rest_of(key)))
+    rest = float(table.get("rest", math.nan))
     return Reference(case, key, float(table["value"]), uncertainty, rest, table.get("note", ""))
 
 
-def rest_of(key: str) -> float:
-    """The value where nothing is deformed of a number of result.json: that of J1, J2, J3, or else 0."""
+def rest_of(key: str, case: Result | None = None) -> float:
+    """The value where nothing is deformed of a number of a case's result.json: that of J1, J2, J3, or else 0.
+
+    Without a case it is that of the plane.
+    """
     name = key.rpartition(".")[2]
-    return next((q.rest for q in QUANTITIES if re.fullmatch(f"{q.key}{STATISTIC}{q.suffix}", name)), 0.0)
+    quantity = next((q for q in QUANTITIES if re.fullmatch(f"{q.key}{STATISTIC}{q.suffix}", name)), None)
+    if quantity is None:
+        return 0.0
+    return quantity.rest if case is None else case.rest(quantity.key)

@@ -12,15 +12,15 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
-from cellmech.errors import CellmechError, InputError
-from cellmech.figures.style import LAYER_COLOURS, SUBSTRATE
-from cellmech.results.result import read_grid
+from cellmech.errors import CellmechError
+from cellmech.figures.body import START, read_body
+from cellmech.figures.style import LAYER_COLOURS
+from cellmech.scene.scene import Scene
 
-SUBDIVISIONS = 4  # of an element's edge, so that curved edges look curved
 OVERSAMPLING = 2
 WINDOW = ("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")  # no X server is looked for; the user's setting counts
 PROBE = """
@@ -31,6 +31,7 @@ assert plotter.screenshot(return_img=True).min() < 128, "the picture is empty"
 """
 PROBE_SECONDS = 120
 View = tuple[float, float, float, float]  # x and y limits [µm]
+Colour: TypeAlias = str | np.ndarray  # of all, or of triangles' corners, 0 to 255, shape (n, 3, 3)
 
 
 def probe() -> None:
@@ -78,91 +79,57 @@ class Shape:
         return self.reference + pivot + magnify * (self.displacement - pivot)
 
 
-def read_shape(path: Path, half: bool) -> Shape:
-    """Read a field file; a half cell is completed by its mirror image at x = 0.
+def read_shape(path: Path, scene: Scene) -> Shape:
+    """Read a field file: the whole cell, of one in space the section that lay in the plane of its centre, z = const.
 
     Raises:
         InputError: for a file that is broken or has other content.
     """
-    try:
-        grid = read_grid(path)
-        cells = np.concatenate([nodes for _, nodes in sorted(grid.cells_dict.items())])
-        points, moved = np.asarray(grid.points)[:, :2], np.asarray(grid.point_data["displacement_um"])[:, :2]
-        layer = np.asarray(grid.cell_data["layer"])
-        if not np.all(np.isfinite(moved)) or cells.shape[1] not in (3, 6) or len(cells) != len(layer):
-            raise ValueError("its cells or displacements are not those of a cell")
-    except (AttributeError, KeyError, ValueError, OSError, UserWarning) as error:
-        raise InputError(str(path), "", f"is no field file of this program ({_brief(error)})") from None
-    corners = _subdivide(np.stack([points[cells], moved[cells]]), SUBDIVISIONS if cells.shape[1] == 6 else 1)
-    layer = np.repeat(layer, corners.shape[1] // len(cells))
-    if half:
-        mirrored = corners[:, :, ::-1] * np.array([-1.0, 1.0])  # corners reversed: the triangles stay counter-clockwise
-        corners, layer = np.concatenate([corners, mirrored], axis=1), np.concatenate([layer, layer])
-    return Shape(corners[0], corners[1], layer)
+    section = read_body(path, scene).section(part=START)
+    return Shape(section.start[..., :2], (section.now - section.start)[..., :2], section.layer)
 
 
-def _brief(error: Exception) -> str:
-    return " ".join(str(error).split())[:120]
-
-
-def _subdivide(values: np.ndarray, n: int) -> np.ndarray:
-    """Values at the corners of n² flat triangles per element, (2, cells, nodes, 2) -> (2, cells n², 3, 2)."""
-    number = {(i, j): k for k, (i, j) in enumerate((i, j) for j in range(n + 1) for i in range(n + 1 - j))}
-    up = [[(i, j), (i + 1, j), (i, j + 1)] for i, j in number if i + j < n]
-    down = [[(i + 1, j), (i + 1, j + 1), (i, j + 1)] for i, j in number if i + j < n - 1]
-    triangles = np.array([[number[corner] for corner in three] for three in up + down])
-    r, s = (np.array(list(number)) / n).T
-    t = 1 - r - s
-    shape = (
-        [t, r, s]
-        if values.shape[2] == 3
-        else [
-            t * (2 * t - 1),
-            r * (2 * r - 1),
-            s * (2 * s - 1),
-            4 * t * r,
-            4 * r * s,
-            4 * s * t,
-        ]
-    )  # VTK's order of nodes: corners, then the middles of edges 01, 12, 20
-    found = np.einsum("kp,xekc->xepc", np.array(shape), values)[:, :, triangles]
-    return found.reshape(2, -1, 3, 2)
-
-
-def picture(
-    corners: np.ndarray,
-    layer: np.ndarray,
-    ground: Sequence[np.ndarray],
-    view: View,
-    width_px: int,
-    ground_colour: str = SUBSTRATE,
-) -> np.ndarray:
-    """An image of the cell on its substrate on white, shape (height, width, 3), values 0 to 255.
+def by_layer(layer: np.ndarray) -> np.ndarray:
+    """The layers' colours at the corners of triangles, 0 to 255; shape (n, 3, 3).
 
     Args:
-        corners: of the cell's triangles [µm], shape (n, 3, 2).
         layer: code of each triangle's layer, shape (n,).
-        ground: triangles of the substrate [µm], shape (m, 3, 2) each.
+    """
+    palette = np.array([[int(colour[i : i + 2], 16) for i in (1, 3, 5)] for colour in LAYER_COLOURS.values()])
+    return np.repeat(palette[layer, None].astype(np.uint8), 3, axis=1)
+
+
+def picture(parts: Sequence[tuple[np.ndarray, Colour]], view: View, width_px: int) -> np.ndarray:
+    """An image of flat triangles on white, shape (height, width, 3), values 0 to 255.
+
+    Args:
+        parts: corners of triangles [µm], shape (n, 3, 2), and their colour; each lies above those before it.
         view: what is shown [µm].
         width_px: width of the image; the height follows from the view.
-        ground_colour: of the substrate.
     """
     os.environ.setdefault(*WINDOW)
     import pyvista
 
-    x0, x1, y0, y1 = view
-    size = (width_px * OVERSAMPLING, round(width_px * (y1 - y0) / (x1 - x0)) * OVERSAMPLING)
-    plotter = pyvista.Plotter(off_screen=True, window_size=size)
+    plotter = pyvista.Plotter(off_screen=True, window_size=window(view, width_px))
     try:
         plotter.set_background("white")
-        for triangles in ground:
-            _add(plotter, triangles, ground_colour, -1.0)
-        for code, colour in enumerate(LAYER_COLOURS.values()):
-            _add(plotter, corners[layer == code], colour, 0.0)
+        for level, (triangles, colour) in enumerate(parts):
+            _add(plotter, triangles, colour, float(level - len(parts)))
         _look_at(plotter, view)
-        image = plotter.screenshot(return_img=True)
+        return shot(plotter)
     finally:
         plotter.close()
+
+
+def window(view: View, width_px: int) -> tuple[int, int]:
+    """Width and height of the window of a picture [px], which is drawn larger than it is given."""
+    x0, x1, y0, y1 = view
+    return width_px * OVERSAMPLING, round(width_px * (y1 - y0) / (x1 - x0)) * OVERSAMPLING
+
+
+def shot(plotter: Any) -> np.ndarray:
+    """What a plotter shows, averaged to the size that is given; shape (height, width, 3)."""
+    image = plotter.screenshot(return_img=True)
     steps = [image[i::OVERSAMPLING, j::OVERSAMPLING, :3] for i in range(OVERSAMPLING) for j in range(OVERSAMPLING)]
     return (sum(step.astype(np.uint16) for step in steps) // len(steps)).astype(np.uint8)
 
@@ -178,10 +145,22 @@ def _look_at(plotter: Any, view: View) -> None:
     plotter.renderer.ResetCameraClippingRange()
 
 
-def _add(plotter: Any, triangles: np.ndarray, colour: str, z: float) -> None:
+def _add(plotter: Any, triangles: np.ndarray, colour: Colour, z: float) -> None:
+    if len(triangles):
+        points = np.dstack([triangles, np.full(triangles.shape[:2], z)])
+        plotter.add_mesh(surface_of(points), **look(colour), lighting=False, render=False)
+
+
+def look(colour: Colour) -> dict[str, Any]:
+    """A colour, or the colours of triangles' corners, as pyvista takes them."""
+    if isinstance(colour, str):
+        return {"color": colour}
+    return {"scalars": colour.reshape(-1, 3), "rgb": True}
+
+
+def surface_of(corners: np.ndarray) -> Any:
+    """Triangles as a pyvista surface, each with corners of its own; they have shape (n, 3, 3)."""
     import pyvista
 
-    if len(triangles):
-        points = np.column_stack([triangles.reshape(-1, 2), np.full(3 * len(triangles), z)])
-        faces = np.column_stack([np.full(len(triangles), 3), np.arange(len(points)).reshape(-1, 3)])
-        plotter.add_mesh(pyvista.PolyData(points, faces.ravel()), color=colour, lighting=False, render=False)
+    faces = np.column_stack([np.full(len(corners), 3), np.arange(3 * len(corners)).reshape(-1, 3)])
+    return pyvista.PolyData(corners.reshape(-1, 3), faces.ravel())

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from cellmech.figures.parameters import parameter
-from cellmech.figures.render import Shape, View, picture, probe, read_shape
+from cellmech.figures.render import Colour, Shape, View, by_layer, picture, probe, read_shape
 from cellmech.figures.results import StudyResult
 from cellmech.figures.sheet import UNDEFORMED, Sheet
 from cellmech.figures.style import FADED, FAULT_COLOUR, LAWS, SMALL, SUBSTRATE, TINY
@@ -54,7 +54,7 @@ class Pose:
 def read_pose(case: Result) -> Pose:
     """Read a case's last field file."""
     t_s, path = case.last_fields()
-    shape = read_shape(path, case.scene.cell.shape == "half")
+    shape = read_shape(path, case.scene)
     corners, moves = shape.reference.reshape(-1, 2), shape.displacement.reshape(-1, 2)
     lowest = int(np.argmin(corners[:, 1]))
     centre = np.array([placement(case.scene).centre[0], corners[lowest, 1] + case.scene.radius_um])
@@ -137,22 +137,22 @@ def _draw_panel(axes: Axes, pose: Pose, sheet: Sheet, factor: int) -> None:
     scene, true, view = pose.case.scene, factor == 1, sheet.view
     ground = polygons(scene, view) if true else [magnified(scene, pose.centre + pose.pivot, view, factor)]
     corners = pose.shape.moved(pose.pivot, factor)
-    image = picture(
-        corners, pose.shape.layer, ground, view, round(PX_PER_IN * sheet.wide), SUBSTRATE if true else FADED
-    )
+    parts: list[tuple[np.ndarray, Colour]] = [(of, SUBSTRATE if true else FADED) for of in ground]
+    parts.append((corners, by_layer(pose.shape.layer)))
+    image = picture(parts, view, round(PX_PER_IN * sheet.wide))
     axes.imshow(image, extent=view, interpolation="antialiased", aspect="equal")
     angle = np.linspace(0, 2 * np.pi, 361)
     circle = np.column_stack([np.cos(angle), np.sin(angle)])
     for radius in (scene.radius_um, scene.nucleus_radius_um):
         axes.plot(*(pose.centre + (0.0 if true else pose.pivot) + radius * circle).T, **UNDEFORMED)
     axes.set(xlim=view[:2], ylim=view[2:])
-    _scale_bar(axes, view, factor)
+    scale_bar(axes, view, factor)
     if not true:
         note: dict[str, Any] = dict(ha="right", fontsize=TINY, color="#555555")
         axes.text(0.975, 0.035, "substrate:\nsee note", transform=axes.transAxes, **note)
 
 
-def _scale_bar(axes: Axes, view: View, factor: int) -> None:
+def scale_bar(axes: Axes, view: View, factor: int) -> None:
     """Lengths at the lower left: of places, and of displacements where these are magnified."""
     width = view[1] - view[0]
     length = _round_length(width / 5)

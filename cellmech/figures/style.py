@@ -75,7 +75,7 @@ LAWS = {name: LawStyle(law.label, law.colour, *LINES.get(name, OTHER_LINE)) for 
 
 @dataclass(frozen=True)
 class Quantity:
-    """A reported quantity: its key in result files, its key among the paper's numbers, its rest value."""
+    """A reported quantity: its key in result files, its key among the paper's numbers, its rest value in the plane."""
 
     key: str
     paper_key: str
@@ -96,6 +96,20 @@ QUANTITIES = (
     Quantity("J2", "J2", 2.0, "", "$J_2$", "shear and stretch, tr C²"),
     Quantity("J3", "J3", 1.0, "", "$J_3$", "change of surface, det C"),
 )
+
+
+def rests(cases: Iterable[Result]) -> str:
+    """The values of J1, J2, J3 in these cases where nothing is deformed."""
+    found = sorted({tuple(f"{case.rest(name):g}" for name in ("J1", "J2", "J3")) for case in cases})
+    places = ("",) if len(found) == 1 else (" in the plane", " outside it")
+    return ", and ".join(", ".join(values) + place for values, place in zip(found, places, strict=True))
+
+
+def less_rest(quantity: Quantity, cases: Iterable[Result]) -> str:
+    """What is taken off a quantity, to stand behind its name; "" where that is nothing."""
+    found = {case.rest(quantity.key) for case in cases}
+    value = f"{found.pop():g}" if len(found) == 1 else "rest"
+    return f" − {value}" if quantity.rest else ""
 
 
 @contextmanager

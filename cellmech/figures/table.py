@@ -111,12 +111,19 @@ def markdown(header: Sequence[str], rows: Sequence[Sequence[str]], words: Contai
     return "\n".join(text)
 
 
-def ratios(ours: float, theirs: float | None, rest: float) -> list[Cell]:
-    """Ours / theirs, of q and of q − q0; dashes where there is nothing to compare with."""
+def ratios(ours: float, theirs: float | None, rest: float, their_rest: float | None = None) -> list[Cell]:
+    """Ours / theirs, of q and of q − q0; dashes where there is nothing to compare with.
+
+    Args:
+        ours, theirs: q.
+        rest: q0.
+        their_rest: theirs, where it is another.
+    """
+    their_rest = rest if their_rest is None else their_rest
     if theirs is None:
         return [NONE, NONE]
     raw = ours / theirs if theirs else math.nan
-    bare = (ours - rest) / (theirs - rest) if theirs != rest else math.nan
+    bare = (ours - rest) / (theirs - their_rest) if theirs != their_rest else math.nan
     return [Value(raw, ".3f"), Value(bare, ".4f")]
 
 

@@ -63,6 +63,11 @@ class Result:
         """True if its last state is beyond the loss of ellipticity, as its scene allows: it depends on the mesh."""
         return ((self.result.get("beyond_ellipticity") or {}).get("since_s")) is not None
 
+    def rest(self, quantity: str) -> float:
+        """The value of a quantity where nothing is deformed: of J1, J2, J3 2, 2, 1 in the plane and 3, 3, 1 outside."""
+        flat = self.scene.cell.geometry == "plane"
+        return {"J1": 2.0 if flat else 3.0, "J2": 2.0 if flat else 3.0, "J3": 1.0}.get(quantity, 0.0)
+
     def number(self, key: str) -> float:
         """A number of result.json by its dotted key; NaN where it is null, or not there as the case failed.
 

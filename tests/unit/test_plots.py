@@ -308,7 +308,8 @@ class TestShapes:
     def test_the_picture_has_the_layers_colours_in_place(self, tmp_path: Path) -> None:
         pose = read_pose(load(write_study(tmp_path, LAWS[:1], np.zeros_like) / LAWS[0]))
         view = (-13.0, 13.0, -6.0, 20.0)
-        image = render.picture(pose.shape.moved(pose.pivot), pose.shape.layer, polygons(Scene(), view), view, 520)
+        cell = (pose.shape.moved(pose.pivot), render.by_layer(pose.shape.layer))
+        image = render.picture([*((of, SUBSTRATE) for of in polygons(Scene(), view)), cell], view, 520)
         assert image.shape == (520, 520, 3)
         places = {"nucleoplasm": (-3.0, 9.5), "lamina": (4.95, 9.5), "cytosol": (-7.0, 9.5), "membrane": (9.75, 9.5)}
         expected = {name: (LAYER_COLOURS[name], at) for name, at in places.items()}

@@ -1,0 +1,80 @@
+"""Films as animated GIFs: figures one after the other, and a cell in space that turns once about the vertical."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from PIL import Image
+
+from cellmech.errors import InputError
+from cellmech.figures.body import read_body
+from cellmech.figures.render import probe
+from cellmech.figures.shape_figure import draw_stage, paint_of, write_caption, write_legend
+from cellmech.figures.space import AZIMUTH_DEG, Stage
+from cellmech.results.records import PARTIAL
+from cellmech.results.result import Result
+
+FILM_DPI, TURNS, TURN_MS = 110, 36, 120  # of a turn: pictures, and how long each is shown
+
+
+def write_film(figures: Iterable[Figure], path: Path, frame_ms: int, last_ms: int) -> int:
+    """Write figures of one size as a film, whole or not at all; the number of its pictures is returned.
+
+    Raises:
+        InputError: when the file cannot be written.
+    """
+    pictures = []
+    for figure in figures:
+        figure.set_dpi(FILM_DPI)
+        canvas = FigureCanvasAgg(figure)
+        canvas.draw()
+        pictures.append(Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy()))
+    times = [frame_ms] * (len(pictures) - 1) + [last_ms]
+    partial = path.with_name(f"{PARTIAL}{os.getpid()}-{path.name}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        pictures[0].save(partial, format="GIF", save_all=True, append_images=pictures[1:], duration=times, loop=0)
+        partial.replace(path)
+    except OSError as error:
+        raise InputError("--out", str(path), f"cannot be written ({error.strerror or error})") from None
+    finally:
+        partial.unlink(missing_ok=True)
+    return len(pictures)
+
+
+def make_turntable(case: Result, path: Path, quantity: str | None = None) -> int:
+    """Write a film of a case's last state from all sides; the number of its pictures is returned.
+
+    Args:
+        case: a case in space.
+        path: of the film.
+        quantity: a scalar of its field files to colour by; None to colour the layers.
+
+    Raises:
+        InputError: for a case that is not in space, a field that is not there, a file that is broken or cannot be
+            written.
+        CellmechError: when pictures cannot be drawn on this machine.
+    """
+    if case.scene.cell.geometry != "3d":
+        rule, hint = "must be 3d for a turntable", "The figure `shape` draws its section, and `movie` its way there."
+        raise InputError(str(case.folder / "scene.toml"), "cell.geometry", rule, case.scene.cell.geometry, hint)
+    t_s, file = case.last_fields()
+    body = read_body(file, case.scene, quantity)
+    probe()
+    paint = paint_of(body, quantity)
+    stage = Stage(body, case.scene, paint)
+
+    def seen_from(azimuth_deg: float) -> Figure:
+        figure = Figure(figsize=(6.4, 7.2))
+        draw_stage(figure.add_axes((0.02, 0.08, 0.96, 0.78)), stage, FILM_DPI, azimuth_deg)
+        write_caption(figure, case, t_s)
+        write_legend(figure, paint, quantity, outlines=False)
+        return figure
+
+    angles = AZIMUTH_DEG + np.arange(TURNS) * 360.0 / TURNS
+    return write_film(map(seen_from, angles.tolist()), path, TURN_MS, TURN_MS)

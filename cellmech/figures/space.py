@@ -1,0 +1,193 @@
+"""Cells in space as pictures: cut open towards the viewer, with the whole nucleus, on their pillars.
+
+Without perspective, so lengths across the line of sight are true.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.colors import Colormap, LogNorm, Normalize
+
+from cellmech.figures.body import INSIDE, Body, Patch
+from cellmech.figures.render import WINDOW, View, by_layer, look, shot, surface_of, window
+from cellmech.figures.style import FADED, LAYER_COLOURS, SUBSTRATE
+from cellmech.scene.scene import Scene
+from cellmech.scene.substrate import Upright, standing
+
+ELEVATION_DEG, AZIMUTH_DEG = 22.0, 45.0  # of the viewer above the horizon, and from x towards z, into the cut
+AROUND = 1.45  # radii from the cell's axis to the rim of what it stands on
+DEEPEST = 1.2  # radii below the cell's lowest point down to which substrate is drawn
+GRID = 90  # points along each edge of the box in which a pillar's surface is looked for
+LINE, LINE_PX = 0.004, 6.0  # of the nucleus's outline: radius, in radii of the rim, and width
+LIT: dict[str, Any] = dict(ambient=0.4, diffuse=0.65)
+DECADES = 3  # of a stress that are told apart below its largest value
+
+
+@dataclass(frozen=True)
+class Paint:
+    """How triangles are coloured: by layer, or by the values of a field.
+
+    Args:
+        norm: of the field's values; None to colour layers.
+        colours: of the field.
+    """
+
+    norm: Normalize | None = None
+    colours: Colormap | None = None
+
+    def __call__(self, patch: Patch) -> np.ndarray:
+        """Colours of its corners, 0 to 255, shape (n, 3, 3)."""
+        if self.norm is None or self.colours is None:
+            return by_layer(patch.layer)
+        shade: np.ndarray = self.colours(self.norm(patch.values), bytes=True)
+        return shade[..., :3]
+
+
+def scale_of(values: np.ndarray, quantity: str) -> Normalize:
+    """A scale for a field's values: of a stress the decades below its largest, as layers differ a hundredfold."""
+    low, high = float(values.min()), float(values.max())
+    if quantity.endswith("_Pa") and low >= 0.0 < high:
+        return LogNorm(max(low, high / 10**DECADES), high, clip=True)
+    return Normalize(low, high if high > low else low + 1.0)
+
+
+class Stage:
+    """A cell on its substrate, ready to be seen from any side.
+
+    Args:
+        body: the cell.
+        scene: its pillars and flat.
+        paint: its colours.
+    """
+
+    def __init__(self, body: Body, scene: Scene, paint: Paint) -> None:
+        self.middle = body.middle
+        outside = body.surface(scene.radius_um, "membrane").whole(body.mirrors)
+        nucleus = body.surface(scene.nucleus_radius_um, "lamina").whole(body.mirrors)
+        bottom = float(outside.now[..., 1].min())
+        self.rim = max(AROUND * scene.radius_um, 1.1 * float(self._distance(outside.now).max()))
+        self.cell = [self._opened(_surface(outside, paint))]
+        self.cell += [self._face(_without_nucleus(body.section(axis)), axis, paint) for axis in "xz"]
+        self.nucleus = _surface(nucleus, paint)
+        self.ring = [self._line(nucleus, axis) for axis in "xz"]
+        self.ground = self._ground(scene, bottom - DEEPEST * scene.radius_um)
+        self.view = self._view(outside.now)
+
+    def _view(self, outside: np.ndarray) -> View:
+        """What holds all of it from every azimuth [µm]: across, and up from where the axis meets y = 0."""
+        tilt = np.radians(ELEVATION_DEG)
+        rise, swing = outside[..., 1] * np.cos(tilt), self._distance(outside) * np.sin(tilt)
+        floors = [surface.bounds[2] * np.cos(tilt) - self.rim * np.sin(tilt) for surface, _ in self.ground]
+        low, high, margin = min([float((rise - swing).min()), *floors]), float((rise + swing).max()), 0.02 * self.rim
+        return -self.rim - margin, self.rim + margin, low - margin, high + margin
+
+    def _distance(self, points: np.ndarray) -> np.ndarray:
+        """From the vertical axis through the middle of the nucleus [µm]."""
+        return np.hypot(points[..., 0] - self.middle[0], points[..., 2] - self.middle[2])
+
+    def _opened(self, surface: Any) -> Any:
+        """Without the quarter of x and z beyond the middle."""
+        left = surface.clip("x", origin=self.middle)
+        return left.merge(surface.clip("-x", origin=self.middle).clip("z", origin=self.middle))
+
+    def _face(self, section: Patch, axis: str, paint: Paint) -> Any:
+        """The half of a section that bounds that quarter."""
+        surface = surface_of(section.now)
+        surface.cell_data["colour"] = paint(section).mean(axis=1).astype(np.uint8)  # clipping would blend corners
+        return surface.clip("-z" if axis == "x" else "-x", origin=self.middle)
+
+    def _line(self, nucleus: Patch, axis: str) -> Any:
+        """Where the nucleus comes out of that face, thick enough to be seen on it."""
+        beside = self.middle + INSIDE * self.rim * np.eye(3)["xyz".index(axis)]
+        line = surface_of(nucleus.now).slice(axis, origin=beside)
+        return line.clip("-z" if axis == "x" else "-x", origin=self.middle).tube(radius=LINE * self.rim)
+
+    def _ground(self, scene: Scene, lowest: float) -> list[tuple[Any, str]]:
+        import pyvista
+
+        level = scene.flat.y_um if scene.flat is not None and scene.flat.y_um > lowest else None
+        floor = lowest if level is None else level
+        arches = [one.arch for one in standing(scene) if self._shown(one.arch, scene.radius_um)]
+        found = [(self._pillar(arch, floor), SUBSTRATE) for arch in arches]
+        if level is not None:
+            centre = (self.middle[0], level, self.middle[2])
+            found.append((pyvista.Disc(center=centre, inner=0.0, outer=self.rim, normal=(0, 1, 0), c_res=180), FADED))
+        return [(surface, colour) for surface, colour in found if surface.n_points]
+
+    def _shown(self, arch: Upright, radius_um: float) -> bool:
+        """Whether a pillar stands below the cell, or whole within the rim."""
+        w, z = arch.half_width_um, getattr(arch, "z_um", self.middle[2])
+        away = np.abs([arch.x_um - self.middle[0], z - self.middle[2]])
+        return bool(np.hypot(*np.maximum(away - w, 0.0)) < radius_um or np.hypot(*(away + w)) < self.rim)
+
+    def _pillar(self, arch: Upright, floor: float) -> Any:
+        """The surface of a pillar above a level, cut off at the rim."""
+        import pyvista
+
+        w, reach = 1.03 * arch.half_width_um, 1.03 * self.rim
+        z = getattr(arch, "z_um", None)
+        deep = (self.middle[2] - reach, self.middle[2] + reach) if z is None else (z - w, z + w)
+        low = np.array([arch.x_um - w, max(arch.y_um, floor), deep[0]])
+        high = np.array([arch.x_um + w, arch.y_um + 1.03 * arch.height_um, deep[1]])
+        grid = pyvista.ImageData(dimensions=(GRID,) * 3, spacing=(high - low) / (GRID - 1), origin=low)
+        points = np.asarray(grid.points)
+        inside = np.minimum(arch.level_set(points.T), 1.0 - self._distance(points) / self.rim)
+        return grid.contour([0.0], scalars=inside) if high[1] > low[1] else pyvista.PolyData()
+
+    def image(self, width_px: int, azimuth_deg: float = AZIMUTH_DEG) -> np.ndarray:
+        """What is seen from an azimuth, shape (height, width, 3), values 0 to 255."""
+        os.environ.setdefault(*WINDOW)
+        import pyvista
+
+        plotter = pyvista.Plotter(off_screen=True, window_size=window(self.view, width_px))
+        try:
+            plotter.set_background("white")
+            self._look_from(plotter, azimuth_deg)
+            for surface, colour in self.ground:
+                plotter.add_mesh(surface, color=colour, smooth_shading=True, render=False, **LIT)
+            outside, *faces = self.cell
+            coloured: dict[str, Any] = dict(scalars="colour", rgb=True, render=False)
+            plotter.add_mesh(outside, smooth_shading=True, **coloured, **LIT)
+            for face in faces:
+                plotter.add_mesh(face, lighting=False, **coloured)
+            plotter.add_mesh(self.nucleus, smooth_shading=True, **coloured, **LIT)
+            for line in self.ring:
+                plotter.add_mesh(line, color="black", lighting=False, render=False)
+            plotter.add_silhouette(self.nucleus, color="black", line_width=LINE_PX)
+            plotter.renderer.ResetCameraClippingRange()
+            return shot(plotter)
+        finally:
+            plotter.close()
+
+    def _look_from(self, plotter: Any, azimuth_deg: float) -> None:
+        """At the view, which is measured from the point of the axis at y = 0."""
+        tilt, turn = np.radians(ELEVATION_DEG), np.radians(azimuth_deg)
+        toward = np.array([np.cos(tilt) * np.cos(turn), np.sin(tilt), np.cos(tilt) * np.sin(turn)])
+        up = np.array([-np.sin(tilt) * np.cos(turn), np.cos(tilt), -np.sin(tilt) * np.sin(turn)])
+        low, high = self.view[2:]
+        focus = np.array([self.middle[0], 0.0, self.middle[2]]) + (low + high) / 2 * up
+        plotter.enable_parallel_projection()
+        plotter.camera.focal_point = tuple(focus)
+        plotter.camera.position = tuple(focus + 10 * (high - low) * toward)
+        plotter.camera.up = tuple(up)
+        plotter.camera.parallel_scale = (high - low) / 2
+
+
+def _without_nucleus(section: Patch) -> Patch:
+    beyond = section.layer > list(LAYER_COLOURS).index("lamina")
+    return Patch(section.corners[beyond], section.layer[beyond])
+
+
+def _flat(patch: Patch, paint: Paint) -> Any:
+    surface = surface_of(patch.now)
+    surface.point_data["colour"] = look(paint(patch))["scalars"]
+    return surface
+
+
+def _surface(patch: Patch, paint: Paint) -> Any:
+    """With normals that neighbours share, and so looks smooth."""
+    return _flat(patch, paint).clean(tolerance=1e-6).compute_normals(split_vertices=False)

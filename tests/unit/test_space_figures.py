@@ -1,0 +1,193 @@
+"""Pictures of cells in space, from made-up field files: sections, surfaces, what is seen from where."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from PIL import Image
+from plot_files import RADII, sag, write_ball, write_case, write_quarter
+
+from cellmech.errors import InputError
+from cellmech.figures import film
+from cellmech.figures.body import START, Body, Patch, read_body
+from cellmech.figures.field_picture import read_state
+from cellmech.figures.film import make_turntable
+from cellmech.figures.geometry_figure import draw_geometry
+from cellmech.figures.reference import rest_of
+from cellmech.figures.shape_figure import draw_case
+from cellmech.figures.shapes import read_pose
+from cellmech.figures.space import Paint, Stage, scale_of
+from cellmech.figures.style import FADED, LAYER_COLOURS, QUANTITIES, SUBSTRATE, less_rest, rests
+from cellmech.figures.substrate import behind, footprints, polygons
+from cellmech.results.result import load
+from cellmech.scene.scene import Scene
+
+LATTICE = {"pillar": [], "array": {"profile": "square", "height_um": 5.0, "offset_um": [5.0, 5.0]}}
+
+
+def lean(x: np.ndarray) -> np.ndarray:
+    """A displacement [µm]: half as wide, and 2 down."""
+    return x * [-0.5, 0.0, -0.5] + [0.0, -2.0, 0.0]
+
+
+def quarter(path: Path, field: str | None = None) -> Body:
+    write_quarter(path / "fields.vtu", lean)
+    return read_body(path / "fields.vtu", Scene.model_validate({"cell": {"geometry": "3d"}}), field)
+
+
+def texts(figure: Figure) -> str:
+    return "\n".join(text.get_text() for text in figure.texts)
+
+
+def areas(patch: Patch, part: str, plane: tuple[int, int]) -> np.ndarray:
+    """Of its triangles, with their sense."""
+    a, b, c = np.moveaxis(getattr(patch, part)[..., plane], 1, 0)
+    return np.asarray((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]) / 2
+
+
+class TestBody:
+    @pytest.mark.parametrize("axis", ["x", "z"])
+    def test_the_section_of_a_quarter_is_the_whole_disc_by_layer(self, tmp_path: Path, axis: str) -> None:
+        section = quarter(tmp_path).section(axis)
+        plane = (1, 2) if axis == "x" else (0, 1)
+        found = areas(section, "now", plane)
+        for code in range(4):
+            expected = 0.5 * np.pi * (RADII[code + 1] ** 2 - RADII[code] ** 2)  # of ellipses half as wide
+            assert found[section.layer == code].sum() == pytest.approx(expected, rel=5e-3)
+        assert np.all(found > -1e-12)
+
+    def test_the_section_that_lay_in_a_plane_is_the_undeformed_disc(self, tmp_path: Path) -> None:
+        section = quarter(tmp_path).section(part=START)
+        assert areas(section, "start", (0, 1)).sum() == pytest.approx(100 * np.pi, rel=5e-3)
+        np.testing.assert_allclose(section.now, lean(section.start) + section.start, atol=1e-9)
+
+    def test_surfaces_enclose_what_is_inside_them(self, tmp_path: Path) -> None:
+        body = quarter(tmp_path)
+        for radius, layer in ((10.0, "membrane"), (5.0, "lamina")):
+            a, b, c = np.moveaxis(body.surface(radius, layer).whole("xz").now - [0.0, 7.5, 0.0], 1, 0)
+            volume = np.einsum("ni,ni->n", a, np.cross(b, c)).sum() / 6
+            assert volume == pytest.approx(np.pi / 3 * radius**3, rel=2e-2)
+
+    def test_fields_are_carried_to_sections(self, tmp_path: Path) -> None:
+        section = quarter(tmp_path, "sigma_mises_Pa").section()
+        np.testing.assert_allclose(np.log10(section.values), section.start[..., 1] / 10, atol=3e-2)
+
+    def test_a_field_that_is_not_there_is_refused_with_those_that_are(self, tmp_path: Path) -> None:
+        with pytest.raises(InputError, match=r"J7.*sigma_mises_Pa"):
+            quarter(tmp_path, "J7")
+
+
+class TestOtherFigures:
+    def test_shapes_and_films_show_the_section_of_a_ball(self, tmp_path: Path) -> None:
+        case = load(write_ball(tmp_path / "ball", lean))
+        shape = read_pose(case).shape
+        np.testing.assert_allclose([np.ptp(shape.reference[..., i]) for i in range(2)], 20.0, rtol=5e-3)
+        t_s, file = case.last_fields()
+        state = read_state(case, t_s, file, "sigma_mises_Pa", 1.0)
+        np.testing.assert_allclose(np.ptp(state.points, axis=0), [10.0, 20.0], rtol=5e-3)
+
+    def test_only_a_ball_turns_and_others_are_told_what_serves(self, tmp_path: Path) -> None:
+        write_case(tmp_path / "yeoh", "yeoh", 0, sag)
+        with pytest.raises(InputError, match=r"turntable.*shape"):
+            make_turntable(load(tmp_path / "yeoh"), tmp_path / "turn.gif")
+
+    def test_a_turntable_has_a_picture_of_every_side(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(film, "TURNS", 2)
+        case = load(write_ball(tmp_path / "ball", np.zeros_like))
+        assert make_turntable(case, tmp_path / "turn.gif") == 2
+        with Image.open(tmp_path / "turn.gif") as picture:
+            front = np.asarray(picture.convert("RGB"), dtype=int)
+            picture.seek(1)
+            back = np.asarray(picture.convert("RGB"), dtype=int)
+        green = [
+            np.mean((seen[..., 1] > seen[..., 0] + 40) & (seen[..., 1] > seen[..., 2] + 30)) for seen in (front, back)
+        ]
+        assert green[0] > 0.05 > 10 * green[1]  # the cytosol, but for its swatch in the legend
+
+    def test_rest_values_are_those_of_each_geometry(self, tmp_path: Path) -> None:
+        write_case(tmp_path / "yeoh", "yeoh", 0, sag)
+        plane, ball = load(tmp_path / "yeoh"), load(write_ball(tmp_path / "ball", np.zeros_like))
+        assert [plane.rest(name) for name in ("sigma_mises", "J1", "J2", "J3")] == [0.0, 2.0, 2.0, 1.0]
+        assert [ball.rest(name) for name in ("sigma_mises", "J1", "J2", "J3")] == [0.0, 3.0, 3.0, 1.0]
+        assert (rests([plane]), rests([ball])) == ("2, 2, 1", "3, 3, 1")
+        assert rests([ball, plane]) == "2, 2, 1 in the plane, and 3, 3, 1 outside it"
+        assert less_rest(QUANTITIES[1], [ball]) == " − 3"
+        assert less_rest(QUANTITIES[1], [ball, plane]) == " − rest"
+        assert rest_of("nucleus.J1_max", ball) == 3.0
+
+    def test_the_first_geometry_of_a_ball_is_shown_from_the_side_and_from_above(self) -> None:
+        scene = Scene.model_validate({"cell": {"geometry": "3d"}, **LATTICE})
+        side, above = draw_geometry(scene).axes
+        assert (side.get_ylabel(), above.get_ylabel()) == ("y [µm]", "z [µm]")
+        assert above.get_ylim()[0] > above.get_ylim()[1]  # z downwards
+
+
+class TestScale:
+    def test_a_stress_is_told_apart_by_decades_and_a_strain_evenly(self) -> None:
+        values = np.array([0.0, 0.1, 10.0])
+        np.testing.assert_allclose(scale_of(values, "sigma_mises_Pa")(values), [0.0, 1 / 3, 1.0])
+        np.testing.assert_allclose(scale_of(values, "J1")(values), [0.0, 0.01, 1.0])
+
+
+class TestStage:
+    def test_the_cut_faces_the_viewer_and_turns_away(self, tmp_path: Path) -> None:
+        """Of what is seen in front the nucleus and the cytosol are much, from behind nothing."""
+        case = load(write_ball(tmp_path / "ball", np.zeros_like))
+        stage = Stage(read_body(case.last_fields()[1], case.scene), case.scene, Paint())
+
+        def seen(image: np.ndarray, layer: str) -> float:
+            colour = np.array([int(LAYER_COLOURS[layer][i : i + 2], 16) for i in (1, 3, 5)])
+            shade = image / np.maximum(image.max(axis=-1, keepdims=True), 1)
+            return float(np.mean(np.linalg.norm(shade - colour / colour.max(), axis=-1) < 0.1))
+
+        front, back = stage.image(200), stage.image(200, 225.0)
+        assert seen(front, "cytosol") > 0.05
+        assert seen(front, "lamina") > 0.02
+        assert seen(back, "cytosol") + seen(back, "lamina") < 1e-3
+        assert seen(back, "membrane") > seen(front, "membrane") > 0.02
+
+    def test_pillars_below_the_cell_and_whole_ones_beside_it_are_drawn(self, tmp_path: Path) -> None:
+        case = load(write_ball(tmp_path / "ball", np.zeros_like, **LATTICE))
+        ground = Stage(read_body(case.last_fields()[1], case.scene), case.scene, Paint()).ground
+        assert [colour for _, colour in ground] == [SUBSTRATE] * 4 + [FADED]
+        for surface, _ in ground[:4]:
+            x0, x1, y0, y1, z0, z1 = surface.bounds
+            sizes = sorted((abs(x0), abs(x1))) + sorted((abs(z0), abs(z1)))
+            np.testing.assert_allclose([*sizes, y0, y1], [2.5, 7.5, 2.5, 7.5, -10.0, -5.0], atol=0.05)
+
+
+class TestSubstrate:
+    def test_a_section_between_pillars_has_them_behind_it(self) -> None:
+        scene = Scene.model_validate({"cell": {"geometry": "3d"}, **LATTICE})
+        view = (-15.0, 15.0, -12.0, 20.0)
+        assert len(polygons(scene, view)) == 1  # the flat
+        assert {round(float(of[..., 0].mean()), 3) for of in behind(scene)} >= {-5.0, 5.0}
+
+    def test_feet_are_as_wide_as_the_pillars(self) -> None:
+        scene = Scene.model_validate({"cell": {"geometry": "3d"}, **LATTICE})
+        spans = {tuple(np.ptp(foot, axis=0).round(6)) for foot in footprints(scene, (-15, 15, -15, 15))}
+        assert spans == {(5.0, 5.0)}
+
+
+class TestFigure:
+    def test_a_ball_has_three_panels_and_says_what_became_of_the_nucleus(self, tmp_path: Path) -> None:
+        figure = draw_case(load(write_ball(tmp_path / "ball", np.zeros_like)))
+        assert len(figure.axes) == 3
+        found = texts(figure)
+        strains, shape = "J₁ − 3:  mean 0.25,  largest 0.5", "4.50 µm above the pillar tops;  height over width 0.960"
+        for part in ("3-D", "t = 18,000 s", strains, shape):
+            assert part in found
+        for axes in figure.axes:  # true to scale, with a bar of 5 µm
+            assert axes.get_aspect() == 1
+            (bar,) = [line for line in axes.lines if len(line.get_xdata()) == 2]
+            assert np.ptp(bar.get_xdata()) == pytest.approx(5.0)
+
+    def test_a_plane_cell_is_its_section(self, tmp_path: Path) -> None:
+        write_case(tmp_path / "yeoh", "yeoh", 0, sag)
+        figure = draw_case(load(tmp_path / "yeoh"))
+        assert len(figure.axes) == 1
+        assert "plane strain" in texts(figure)
+        assert "J₁ − 2" in texts(figure)
