@@ -38,7 +38,7 @@ WORDS = {
     "cell.inertia": [True],
     "cell.lame_lambda": ["printed"],
     "cell.yeoh_reference": ["printed"],
-    "contact.form": ["volume", "volume-printed"],
+    "contact.form": ["conservative", "volume", "volume-printed"],
     "time.history": [False, "auto"],
     "mesh.order": [1, 2],
     "mesh.thin_layers": [2, 8],

@@ -156,8 +156,7 @@ class Setup:
     def _contact(self) -> Contact:
         """The law of the contact, whether there are obstacles or not."""
         settings = self.scene.contact
-        width = settings.smoothing_um if settings.form == "surface" else settings.volume_width_um
-        return Contact(settings.form, settings.penalty_Pa_per_um, width)
+        return Contact(settings.form, settings.penalty_Pa_per_um, getattr(settings, settings.width_key))
 
     @property
     def number_of_cells(self) -> int:

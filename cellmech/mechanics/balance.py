@@ -76,6 +76,11 @@ class Body:
         """True if any stress depends on rate, or inertia is modelled: whether time is more than a load parameter."""
         return self.density is not None or any(m.rate_dependent for m in self.materials)
 
+    @property
+    def symmetric(self) -> bool:
+        """True if the tangent is symmetric because contact has a potential and nothing depends on rate."""
+        return self.contact is not None and self.contact.symmetric and not any(m.rate_dependent for m in self.materials)
+
     def over(self, integrand: Any, names: Sequence[str] | None = None, degree: int | None = None) -> ufl.Form:
         """An integral in space over named groups of cells, all by default."""
         return self._weighed(integrand) * self.domain.dx(degree or self.bulk_degree, names)
@@ -131,7 +136,7 @@ def contact_work(body: Body, state: Motion, w: Any) -> ufl.Form | None:
         return None
     place = body.domain.mesh, body.kinematics
     forces = [ufl.dot(body.contact.force(state.u, obstacle, *place), w) for obstacle in body.obstacles]
-    if body.contact.form == "surface":
+    if body.contact.on_surface:
         return sum(body.along(force, ("outer",), body.contact_degree) for force in forces)
     return sum(body.over(force, None, body.contact_degree) for force in forces)
 

@@ -40,10 +40,11 @@ class Contact:
     """The contact of the cell and the obstacles.
 
     Args:
-        form: "surface", a pressure on the outer boundary (default); "volume", the same force spread over the overlap;
+        form: "surface", a pressure on the outer boundary along the obstacle's normal (default); "conservative", along
+            the boundary's own, which has a potential; "volume", the force spread over the overlap;
             "volume-printed", eq. 27 with h_p = 1, whose cofactor acts on a spatial normal: kept to be measured against.
         kappa: penalty [Pa/µm].
-        width: smoothing s of the surface form, or w of the volume forms [µm].
+        width: smoothing s of the surface forms, or w of the volume forms [µm].
     """
 
     form: str = "surface"
@@ -51,22 +52,38 @@ class Contact:
     width: Any = 1e-4
 
     @property
+    def on_surface(self) -> bool:
+        """True if the force is a pressure on the outer boundary, False if one in the volume of the overlap."""
+        return not self.form.startswith("volume")
+
+    @property
+    def symmetric(self) -> bool:
+        """True if the force has a potential, which makes its tangent symmetric."""
+        return self.form == "conservative"
+
+    @property
     def threshold_um(self) -> float:
         """Depth at which the force sets in [µm]: touch for a pressure, -w for the volume forms."""
-        return 0.0 if self.form == "surface" else -self.width
+        return 0.0 if self.on_surface else -self.width
 
     def pressure_at(self, d: float) -> float:
         """Pressure at depth d [Pa], as a number; for the volume forms, the body force summed up over the depth."""
-        if self.form == "surface":
+        if self.on_surface:
             return 0.0 if d <= 0 else self.kappa * (d * d / (2 * self.width) if d < self.width else d - self.width / 2)
         s = min(max((d / self.width + 1) / 2, 0.0), 1.0)
         return self.kappa * (2 * self.width * s**4 * (2.5 - 3 * s + s * s) + max(d - self.width, 0.0))
 
     def surface_traction(self, u, N, X, obstacle: Obstacle, kinematics: Kinematics):
-        """p(d) |cof(F) N| n [Pa], traction per reference area (Nanson); shape of u."""
+        """Traction per reference area (Nanson) [Pa], shape of u: p(d) |cof(F) N| n, or -p(d) cof(F) N if conservative.
+
+        The second is minus the gradient of the integral of p(d(x)) over the deformed body: its energy depends on where
+        the body is, not on how it came there.
+        """
         F = deformation_gradient(u, kinematics)
         d, n = symbolic_depth_and_normal(obstacle, X + u)
         cof_N = ufl.cofac(F) * kinematics.vector(N)
+        if self.symmetric:
+            return -pressure(d, self.kappa, self.width) * ufl.as_vector([cof_N[k] for k in range(len(n))])
         return pressure(d, self.kappa, self.width) * ufl.sqrt(ufl.dot(cof_N, cof_N)) * n
 
     def body_force(self, u, X, obstacle: Obstacle, kinematics: Kinematics):
@@ -83,6 +100,6 @@ class Contact:
     def force(self, u, obstacle: Obstacle, mesh, kinematics: Kinematics):
         """Per reference area of the outline [Pa], or per reference volume [Pa/µm] in the volume forms; shape of u."""
         X = ufl.SpatialCoordinate(mesh)
-        if self.form == "surface":
+        if self.on_surface:
             return self.surface_traction(u, ufl.FacetNormal(mesh), X, obstacle, kinematics)
         return self.body_force(u, X, obstacle, kinematics)

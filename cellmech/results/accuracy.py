@@ -141,7 +141,7 @@ def _wanted(scene: Scene) -> list[tuple[str, str, dict[str, dict[str, float]]]]:
         wanted.append(("time", "time", {"time": {"rtol": _rounded(scene.time.rtol / TIME_RATIO)}}))
     degrees = {"mesh": {"quadrature_degree": mesh.quadrature_degree + 2}}
     if scene.pillar or scene.array or scene.flat is not None:
-        width = "smoothing_um" if contact.form == "surface" else "volume_width_um"
+        width = contact.width_key
         narrow = _rounded(getattr(contact, width) / SMOOTHING_RATIO)
         degrees["contact"] = {"quadrature_degree": 2 * contact.quadrature_degree + 1}
         wanted.append(("smoothing", "smoothing", {"contact": {width: narrow}}))

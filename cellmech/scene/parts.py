@@ -222,16 +222,21 @@ class Load(Table):
 class Contact(Table):
     """Penalty contact: its form and its widths; its integrand has a kink, which asks for a high degree."""
 
-    form: Annotated[Literal["surface", "volume", "volume-printed"], Choice()] = "surface"
-    """A pressure on the outline, or a force in the volume of the overlap, also as eq. 27 prints it."""
+    form: Annotated[Literal["surface", "conservative", "volume", "volume-printed"], Choice()] = "surface"
+    """A pressure on the outline, conservative if along its own normal; or a force in the overlap, also as in eq. 27."""
     penalty_Pa_per_um: Annotated[float, Number("Pa/µm", above=0, most=1e12)] = 50.0
     """Pressure per depth: the stiffer, the less the cell sinks into the obstacle."""
     smoothing_um: Length = 1e-4
-    """Depth over which the pressure of the surface form sets in."""
+    """Depth over which the pressure of the surface forms sets in."""
     volume_width_um: Length = 0.05
     """Half-width over which the force of the volume forms sets in, from this far outside."""
     quadrature_degree: Annotated[int, Whole(2, 60)] = 9
     """Of the contact integrals."""
+
+    @property
+    def width_key(self) -> str:
+        """The key of the width over which this form's force sets in."""
+        return "volume_width_um" if self.form.startswith("volume") else "smoothing_um"
 
 
 class Time(Table):

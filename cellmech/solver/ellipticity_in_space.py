@@ -8,7 +8,6 @@ that the state is not stable in space. Laws are functions of the invariants, so 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -91,28 +90,36 @@ class EllipticityInSpace:
 
     def find(self) -> StabilityInSpace:
         """The least margin of the present state, over all ranks. Collective."""
-        found = [one for part in self._parts for one in self._of_part(*part)]
+        found: list[StabilityInSpace] = []
+        for part in self._parts:
+            self._of_part(found, *part)
         together = [one for many in self._comm.allgather(found) for one in many]
         return min(together, key=margin_of, default=StabilityInSpace(None))
 
     def _of_part(
-        self, cells: np.ndarray, groups: np.ndarray, moduli: PointValues, share: PointValues
-    ) -> Iterator[StabilityInSpace]:
-        """The least of some of this rank's cells of one material at a time."""
+        self,
+        found: list[StabilityInSpace],
+        cells: np.ndarray,
+        groups: np.ndarray,
+        moduli: PointValues,
+        share: PointValues,
+    ) -> None:
+        """Add the least of some of this rank's cells of one material at a time to what was found before."""
         for some in np.array_split(np.arange(len(cells)), -(-len(cells) // AT_ONCE) or 1):
             solid = np.flatnonzero(share(cells[some]).ravel() > 0)
             if not len(solid):
                 continue
             values = moduli(cells[some]).reshape(-1, moduli.value_size)
             of_solid = values[solid].T
-            margins, _ = SpaceWaves.of(_principal(values[solid, :6]), of_solid[6:9], of_solid[9:]).least()
+            known = min((margin_of(one) for one in found), default=np.inf)
+            margins, _ = SpaceWaves.of(_principal(values[solid, :6]), of_solid[6:9], of_solid[9:]).least(known)
             worst = int(np.argmin(margins))
             if abs(margins[worst] - 1) < UNIFORM:
-                yield StabilityInSpace(float(margins[worst]))
+                found.append(StabilityInSpace(float(margins[worst])))
                 continue
             cell, point = divmod(int(solid[worst]), len(self._points))
             at = self._place(cells[some][cell : cell + 1])[0, point]
-            yield _told(at, self._layers[int(groups[some][cell])], values[solid[worst]])
+            found.append(_told(at, self._layers[int(groups[some][cell])], values[solid[worst]]))
 
 
 def margin_of(one: Any) -> float:

@@ -75,14 +75,21 @@ class Linear(Protocol):
 
 
 class Direct:
-    """MUMPS's factors; exact."""
+    """MUMPS's factors; exact.
+
+    Args:
+        symmetric: whether the tangent is, which halves the factors.
+    """
 
     matrix_type = None
+
+    def __init__(self, symmetric: bool = False) -> None:
+        self._factors = "cholesky" if symmetric else "lu"
 
     def install(self, pc: PETSc.PC) -> None:
         """See `Linear`."""
         self.pc = pc
-        pc.setType("lu")
+        pc.setType(self._factors)
         pc.setFactorSolverType("mumps")
 
     def aim(self, share: float) -> None:

@@ -96,7 +96,7 @@ class Solver:
         R, K = equilibrium(body, state.written(), self.amplitude)
         self._R, self._K = compile_form(R, self.comm), compile_form(K, self.comm)
         self.choice = choose(body)
-        self._linear = Multigrid(body) if self.choice.multigrid else Direct()
+        self._linear = Multigrid(body) if self.choice.multigrid else Direct(body.symmetric)
         self._A, self._r = petsc.create_matrix(self._K, self._linear.matrix_type), petsc.create_vector(self._R)
         self._u = self._r.duplicate()
         self._saddle = None if state.pressure is None else Saddle(state.pressure, self._A)

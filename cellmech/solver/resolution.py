@@ -129,7 +129,7 @@ def missed(run: Simulation) -> float:
     """
     if run.body.contact is None or not run.body.obstacles:
         return 0.0
-    if run.body.contact.form == "surface" and isinstance(run.outline, Outline):
+    if run.body.contact.on_surface and isinstance(run.outline, Outline):
         fine = _finely_on_the_outline(run, run.outline)
     else:
         fine = _finely(run)
@@ -139,7 +139,7 @@ def missed(run: Simulation) -> float:
 
 
 def _finely_on_the_outline(run: Simulation, outline: Outline) -> np.ndarray:
-    """The force of the surface form [Pa µm or pN], anew over the deformed outline; shape (2,). Collective."""
+    """The force of a surface form [Pa µm or pN], anew over the deformed outline; shape (2,). Collective."""
     contact = run.body.contact
     assert contact is not None
     nodes, (s, weight) = outline.nodes(run.state.u), np.polynomial.legendre.leggauss(BETWEEN)
@@ -150,8 +150,11 @@ def _finely_on_the_outline(run: Simulation, outline: Outline) -> np.ndarray:
     for obstacle in run.body.obstacles:
         d = depth(obstacle, x)
         on = d > contact.threshold_um
-        gradient = np.stack(np.broadcast_arrays(*obstacle.gradient(x[on].T)), axis=-1)
-        normal = -gradient / np.linalg.norm(gradient, axis=-1, keepdims=True)
+        if contact.symmetric:  # along the outline's own normal, inwards: the outline runs counter-clockwise
+            towards = np.stack([-tangent[on][:, 1], tangent[on][:, 0]], axis=-1)
+        else:
+            towards = -np.stack(np.broadcast_arrays(*obstacle.gradient(x[on].T)), axis=-1)
+        normal = towards / np.linalg.norm(towards, axis=-1, keepdims=True)
         force += (pressure_at(d[on]) * length[on]) @ normal if on.any() else 0.0
     return run.comm.allreduce(force)
 

@@ -65,16 +65,35 @@ class SpaceWaves:
         Q[..., range(AXES), range(AXES)] += np.einsum("ikp,k...p->...pi", self.straight, n * n)
         return Q
 
-    def least(self) -> tuple[np.ndarray, np.ndarray]:
-        """The least eigenvalue [-] of each point, exact where it is the least of all, and its direction (3, n)."""
+    def least(self, known: float = np.inf) -> tuple[np.ndarray, np.ndarray]:
+        """The least eigenvalue [-] of each point, exact where it is the least of all, and its direction (3, n).
+
+        Args:
+            known: an eigenvalue of another point; those that cannot be below it are not searched.
+        """
         across = np.where(np.eye(AXES, dtype=bool)[..., None], np.inf, self.straight).reshape(AXES * AXES, -1)
         slowest = np.argmin(across, axis=0)
         least = across[slowest, np.arange(across.shape[1])]
         direction = np.eye(AXES)[:, slowest % AXES]
         bound = self.straight.min(axis=(0, 1), initial=np.inf) - self._takes_off()
-        below = np.flatnonzero(bound < least.min(initial=np.inf) - ROUND_OFF)
-        for some in np.array_split(below, -(-len(below) // AT_ONCE) or 1):
-            self._search(some, least, direction)
+        order = np.argsort(bound, kind="stable")
+        lowest, found = min(least.min(initial=np.inf), known), []
+        for start in range(0, len(order), AT_ONCE):
+            some = order[start : start + AT_ONCE]
+            some = some[bound[some] < lowest - ROUND_OFF]
+            if not len(some):
+                break
+            value, place = self[some]._on_a_grid()
+            lowest = min(lowest, float(value.min()))
+            first = np.argsort(value)[:FOLLOWED]
+            found.append((value[first], some[first], place[:, first]))
+        if found:
+            value, rows, place = (np.concatenate(parts, axis=-1) for parts in zip(*found, strict=True))
+            first = np.argsort(value)[:FOLLOWED]
+            rows = rows[first]
+            value, lower = self[rows]._followed(place[:, first])
+            better = value < least[rows]
+            least[rows[better]], direction[:, rows[better]] = value[better], lower[:, better]
         return least, direction
 
     def _takes_off(self) -> np.ndarray:
@@ -89,27 +108,26 @@ class SpaceWaves:
         found[some] = -size[some] * np.minimum(np.linalg.eigvalsh(np.moveaxis(M[..., some], -1, 0))[:, 0], 0.0)
         return found
 
-    def _search(self, rows: np.ndarray, least: np.ndarray, direction: np.ndarray) -> None:
-        """Look along a grid of directions, and go down from the lowest places; `least` and `direction` are lowered."""
+    def _on_a_grid(self) -> tuple[np.ndarray, np.ndarray]:
+        """The least eigenvalue along some directions, about, and the angles of its direction, shape (2, n)."""
         angles = np.pi / 2 / GRID * np.arange(GRID + 1)
         grid = np.array([(theta, phi) for theta in angles for phi in angles])
-        waves, step = self[rows], np.pi / 2 / GRID
-        found = np.stack([_least_eigenvalue(waves.tensor(_directions(*pair))) for pair in grid[:, :, None]])
+        found = np.stack([_about_least(self.tensor(_directions(*pair))) for pair in grid[:, :, None]])
         low = np.argmin(found, axis=0)
-        value, place = found[low, np.arange(len(rows))], grid[low].T
-        some = np.argsort(value)[:FOLLOWED]
-        followed, value, place = waves[some], value[some], place[:, some]
+        return found[low, np.arange(found.shape[1])], grid[low].T
+
+    def _followed(self, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The least eigenvalue down from these angles, shape (2, n), and its direction, shape (3, n)."""
+        value, step = _least_eigenvalue(self.tensor(_directions(*place))), np.pi / 2 / GRID
         moves = [(a, b) for a in (-1, 0, 1) for b in (-1, 0, 1) if a or b]
         for _ in range(ZOOMS):
             step /= 2
             for a, b in moves:
                 trial = place + step * np.array([[a], [b]])
-                there = _least_eigenvalue(followed.tensor(_directions(*trial)))
+                there = _least_eigenvalue(self.tensor(_directions(*trial)))
                 lower = there < value
                 value, place = np.where(lower, there, value), np.where(lower, trial, place)
-        better = value < least[rows[some]]
-        least[rows[some][better]] = value[better]
-        direction[:, rows[some][better]] = _directions(*place)[:, better]
+        return value, _directions(*place)
 
 
 def _directions(theta: np.ndarray, phi: np.ndarray) -> np.ndarray:
@@ -119,3 +137,18 @@ def _directions(theta: np.ndarray, phi: np.ndarray) -> np.ndarray:
 
 def _least_eigenvalue(Q: np.ndarray) -> np.ndarray:
     return np.asarray(np.linalg.eigvalsh(Q)[..., 0])
+
+
+def _about_least(Q: np.ndarray) -> np.ndarray:
+    """The least eigenvalue to half the digits, ten times faster: by the cosine form of the cubic's roots.
+
+    Source: Smith (1961), Eigenvalues of a symmetric 3 x 3 matrix, Comm. ACM 4, 168.
+    """
+    a, b, c = (Q[:, k, k] for k in range(AXES))
+    f, g, h = Q[:, 0, 1], Q[:, 0, 2], Q[:, 1, 2]
+    mean = (a + b + c) / 3
+    a, b, c = a - mean, b - mean, c - mean
+    spread = np.sqrt((a * a + b * b + c * c + 2 * (f * f + g * g + h * h)) / 6)
+    half_det = (a * (b * c - h * h) - f * (f * c - h * g) + g * (f * h - b * g)) / 2
+    cosine = np.clip(half_det / np.maximum(spread**3, np.finfo(float).tiny), -1.0, 1.0)
+    return np.asarray(mean + 2 * spread * np.cos(np.arccos(cosine) / 3 + 2 * np.pi / 3))

@@ -13,8 +13,9 @@ from scipy.integrate import quad
 from cellmech.fem.coefficients import material_fields
 from cellmech.fem.jit import compile_form
 from cellmech.fem.outline import Outline, depth
-from cellmech.mechanics.balance import Body, contact_work
+from cellmech.mechanics.balance import Body, contact_work, equilibrium
 from cellmech.mechanics.contact import Contact, pressure, smooth_step, symbolic_depth_and_normal
+from cellmech.mechanics.kinematics import GEOMETRIES, PLANE_STRAIN, deformation_gradient
 from cellmech.mechanics.obstacles import Flat, Pillar
 from cellmech.solver.state import State
 
@@ -264,6 +265,53 @@ def test_volume_and_surface_forces_agree_once_the_step_is_resolved():
     surface = contact_force("surface", LARGE_SHEAR, FLAT, width=1e-6)
     volume = contact_force("volume", LARGE_SHEAR, FLAT, width=0.08, n=24)
     np.testing.assert_allclose(volume, surface, rtol=0, atol=1e-4 * surface[1])
+
+
+def leaning_body(form, kinematics):
+    """A crooked block whose bottom leans on a pillar narrower than itself, and its state."""
+    domain = block(nx=4, ny=4, bottom="outer")
+    space = displacement_space(domain)
+    contact = Contact(form, fem.Constant(domain.mesh, KAPPA), fem.Constant(domain.mesh, 0.2))
+    materials, obstacles = material_fields(domain, {"solid": solid()}), (Pillar(0.5, -1.0, 0.4, 1.15),)
+    place = {"contact_degree": 40, "kinematics": kinematics}
+    body = Body(domain, materials, space, contact=contact, obstacles=obstacles, **place)
+    state, rng = State(body), np.random.default_rng(3)
+    state.u.x.array[:] = affine(space, [[0.1, 0.05], [0.1, -0.1]]) + 0.005 * rng.uniform(-1, 1, len(state.u.x.array))
+    return body, state
+
+
+@pytest.mark.parametrize("geometry", ["plane", "axisymmetric"])
+def test_conservative_contact_is_what_a_potential_loses(geometry):
+    """Its potential is the integral of p(d) over the deformed body; the surface form's work is another."""
+    kinematics, works = GEOMETRIES[geometry], {}
+    for form in ("conservative", "surface"):
+        body, state = leaning_body(form, kinematics)
+        X = ufl.SpatialCoordinate(body.domain.mesh)
+        d, _ = symbolic_depth_and_normal(body.obstacles[0], X + state.u)
+        density = pressure(d, body.contact.kappa, body.contact.width)
+        F = deformation_gradient(state.u, kinematics)
+        potential = compile_form(body.over(density * ufl.det(F), degree=40), body.domain.mesh.comm)
+        work = compile_form(contact_work(body, state, ufl.TestFunction(body.space)), body.domain.mesh.comm)
+        u, v, h = state.u.x.array.copy(), np.random.default_rng(5).uniform(-1, 1, len(state.u.x.array)), 1e-5
+        works[form] = petsc.assemble_vector(work).getArray() @ v
+        energies = []
+        for step in (h, -h):
+            state.u.x.array[:] = u + step * v
+            energies.append(fem.assemble_scalar(potential))
+        lost = -(energies[0] - energies[1]) / (2 * h)
+    assert works["conservative"] == pytest.approx(lost, rel=2e-3)
+    assert abs(works["surface"] - lost) > 0.02 * abs(lost)
+
+
+@pytest.mark.parametrize(("form", "symmetric"), [("conservative", True), ("surface", False)])
+def test_tangent_of_a_conservative_contact_is_symmetric(form, symmetric):
+    """As far as quadrature of its kink goes."""
+    body, state = leaning_body(form, PLANE_STRAIN)
+    K = petsc.assemble_matrix(compile_form(equilibrium(body, state, 1.0)[1], body.domain.mesh.comm))
+    K.assemble()
+    dense = K.convert("dense").getDenseArray()
+    skew = np.abs(dense - dense.T).max() / np.abs(dense).max()
+    assert body.symmetric == symmetric and (skew < 1e-4) == symmetric and (skew > 1e-3) != symmetric
 
 
 def test_pillars_add_up():

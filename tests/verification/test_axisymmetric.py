@@ -111,7 +111,7 @@ def test_turned_body_converges_with_the_orders_of_a_plane_one(order, degree, lad
 # Tangent
 
 
-@pytest.mark.parametrize("form", ["surface", "volume", "volume-printed"])
+@pytest.mark.parametrize("form", ["surface", "conservative", "volume", "volume-printed"])
 def test_turned_energy_and_tangent_are_derivatives(form, ladder):
     """Finite differences of energy and residual of a wet block that leans on a ring and a flat, with inertia."""
     domain = block(nx=3, ny=3, bottom="outer")

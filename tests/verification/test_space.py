@@ -93,7 +93,7 @@ def test_p2_on_tetrahedra_converges_with_order_3_in_l2_and_2_in_h1(ladder):
         ladder.order(f"manufactured, tetrahedra P2: {norm}", column, order, 0.2)
 
 
-@pytest.mark.parametrize("form", ["surface", "volume"])
+@pytest.mark.parametrize("form", ["surface", "conservative", "volume"])
 def test_energy_and_tangent_in_space_are_derivatives(form, ladder):
     """Of a wet block that leans on pillars of every kind and the flat, with inertia."""
     domain = cube(2)

@@ -20,7 +20,8 @@ from cellmech.solver import bdf
 from cellmech.solver.state import State
 
 OBSTACLES = (Flat(0.05), Pillar(0.2, -1.0, 1.5, 1.1, 4.0))
-CASES = [*((law, "surface") for law in LAW_NAMES), ("neo-hookean", "volume"), ("neo-hookean", "volume-printed")]
+OTHER_FORMS = ("conservative", "volume", "volume-printed")
+CASES = [*((law, "surface") for law in LAW_NAMES), *(("neo-hookean", form) for form in OTHER_FORMS)]
 
 
 def loaded_body(law, form):
