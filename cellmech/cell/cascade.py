@@ -31,7 +31,7 @@ def begin_near(setup: Setup, run: Simulation, plan: MeshPlan, additions: Additio
     ratio = setup.dofs / UNKNOWNS
     if setup.kinematics.components < 3 or run.body.rate_dependent or run.schedule.load_steps or ratio < WORTH:
         return
-    mesh, comm = setup.scene.mesh, run.comm
+    mesh, comm = setup.scene.mesh, setup.comm
     if mesh.order == 3:
         before: Any = mesh.model_copy(update={"order": 2})
     else:  # every rank solves it by itself: no rank waits for another, and all find the same
@@ -45,7 +45,8 @@ def begin_near(setup: Setup, run: Simulation, plan: MeshPlan, additions: Additio
         try:
             begin_near(with_fewer, first, plan, additions, log)
             first.run(lambda step: None)
-            run.u[:] = _carried_over(first, run)
+            same = with_fewer.domain is setup.domain
+            run.u[:] = fenicsx.interpolated(first.state.u, run.body.space) if same else _carried_over(first, run)
         finally:
             first.close()
     except CellmechError as error:  # of the other mesh, which need not be this one's
@@ -57,7 +58,5 @@ def begin_near(setup: Setup, run: Simulation, plan: MeshPlan, additions: Additio
 
 
 def _carried_over(first: Simulation, run: Simulation) -> np.ndarray:
-    """The first run's displacement at the nodes of the other [µm], ghosts included, flat."""
-    if first.body.domain.mesh is run.body.domain.mesh:
-        return fenicsx.interpolated(first.state.u, run.body.space)
+    """The displacement of a run on one rank at the nodes of another [µm], ghosts included, flat."""
     return fenicsx.values_at(first.state.u, run.body.space.tabulate_dof_coordinates()).ravel()

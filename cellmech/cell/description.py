@@ -144,8 +144,8 @@ def _hints(setup: Setup) -> dict[str, str]:
     scene, cell, hints = setup.scene, setup.scene.cell, {}
     if cell.geometry == "3d":
         hints["maxima"] = (
-            "in 3-D the largest J1 and J3, volume strains at single points, are the least exact numbers: off by a "
-            "third of q - q0 where stresses and J2 are by less than 1 % and means by less than 0.1 %"
+            "in 3-D the largest J3 and lowest pressure of cytosol and membrane, at single points, are the least exact: "
+            "off by half of themselves where the nucleus's are by 3 %, stresses and J2 by 2 %, means by 0.1 %"
         )
     symmetric = not setup.turns or setup.mirror_symmetric
     if setup.turns and symmetric and scene.cell.geometry == "plane":

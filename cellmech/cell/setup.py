@@ -137,7 +137,7 @@ class Setup:
     """
 
     def __init__(self, scene: Scene, comm: MPI.Comm, plan: MeshPlan, additions: Additions = NONE) -> None:
-        self.scene, self.half, self.additions = scene, scene.cell.shape == "half", additions
+        self.comm, self.scene, self.half, self.additions = comm, scene, scene.cell.shape == "half", additions
         self.kinematics = GEOMETRIES[scene.cell.geometry]
         self.place: Placement = placement(scene)
         self.lift_um = scene.cell.gap_um if self.place.touch and not scene.cell.inertia else 0.0
