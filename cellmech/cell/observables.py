@@ -15,13 +15,13 @@ import numpy as np
 
 from cellmech.cell.samples import (
     DET_F,
+    HIGHEST,
     INTEGRALS,
     LOWEST,
     MAXIMA,
     PLACES,
     PRESSURE,
     SIZE,
-    STEEPEST,
     PressureGradient,
     Region,
     Samples,
@@ -207,8 +207,9 @@ class Observer:
             values[f"{quantity}_max_over_time{unit}"] = over_time[0]
             values[f"{quantity}_max_time_s"] = over_time[1]
             values[f"{quantity}_mean{unit}"] = float(means[k])
-        values["pressure_min_Pa"], values["det_F_min"] = (float(value) for value in row[LOWEST])
-        values["pressure_gradient_max_Pa_per_um"] = float(row[STEEPEST])
+        lowest, (steepest, greatest) = map(float, row[LOWEST]), map(float, row[HIGHEST])
+        values["pressure_min_Pa"], values["det_F_min"], values["principal_stretch_min"] = lowest
+        values["principal_stretch_max"], values["pressure_gradient_max_Pa_per_um"] = greatest, steepest
         values[self.kinematics.content] = float(row[SIZE]) * self.layout.copies
         return values
 

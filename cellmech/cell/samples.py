@@ -14,15 +14,16 @@ from cellmech.fem.jit import PointValues
 from cellmech.mechanics.invariants import reported_strains
 from cellmech.mechanics.kinematics import deformation_gradient, green_lagrange
 from cellmech.mechanics.materials import MaterialField
+from cellmech.solver.principal import entries_of, principal_stretches
 from cellmech.solver.simulation import Simulation
 from cellmech.solver.state import State
 
-PRESSURE, DET_F = 4, 5  # columns after sigma_Mises and the strains
+PRESSURE, DET_F, LEAST, GREATEST = 4, 5, 6, 7  # columns after sigma_Mises and the strains; the last two: stretches
 N = 5  # quantities whose maxima and means are reported: the columns before det F
 # A region's numbers in one row, for exchange between ranks:
 MAXIMA, PLACES = slice(0, N), slice(N, 4 * N)  # less their rest values; x, y, z of each
-STEEPEST, LOWEST = 4 * N, slice(4 * N + 1, 4 * N + 3)  # pressure gradient; pressure, det F
-SIZE, INTEGRALS = 4 * N + 3, slice(4 * N + 4, 5 * N + 4)
+HIGHEST, LOWEST = slice(4 * N, 4 * N + 2), slice(4 * N + 2, 4 * N + 5)  # gradient, stretch; pressure, det F, stretch
+SIZE, INTEGRALS = 4 * N + 5, slice(4 * N + 6, 5 * N + 6)
 
 
 def state_quantities(state: State, material: MaterialField) -> Any:
@@ -56,18 +57,22 @@ class Samples:
             numbers = [body.domain.cells[name] for name in material.names]
             rows = np.flatnonzero(np.isin(tags[cells], numbers))
             self._parts.append((rows, PointValues(state_quantities(state, material), points, mesh.comm)))
+        strain = ufl.as_vector(entries_of(green_lagrange(state.u, body.kinematics)))
+        self._strain = PointValues(strain, points[:n_max], mesh.comm)
         place = ufl.as_vector([*ufl.SpatialCoordinate(mesh), ufl.JacobianDeterminant(mesh)])
         placed = PointValues(place, points, mesh.comm)(cells)
         self.position = placed[..., :-1]
         self.size = np.abs(placed[..., -1]) * weights * body.kinematics.weight(np.moveaxis(self.position, -1, 0))
         self.groups = tags[cells]
-        self.values = np.zeros((len(cells), len(points), N + 1))
+        self.values = np.zeros((len(cells), len(points), GREATEST + 1))
 
     def update(self) -> None:
         """Evaluate at the current state."""
         for rows, values in self._parts:
             if len(rows):
-                self.values[rows] = values(self.cells[rows])
+                self.values[rows, :, :LEAST] = values(self.cells[rows])
+        stretches = principal_stretches(self._strain(self.cells).reshape(-1, 6))
+        self.values[:, : self.n_max, LEAST:] = stretches.reshape(len(self.cells), -1, 2)
 
 
 class PressureGradient:
@@ -140,20 +145,22 @@ class Region:
         self._size = self.scale * self.samples.size.reshape(-1)[self.bulk]
 
     def local(self) -> np.ndarray:
-        """This rank's numbers: `MAXIMA`, `PLACES`, `STEEPEST`, `LOWEST`, `SIZE`, `INTEGRALS`."""
+        """This rank's numbers: `MAXIMA`, `PLACES`, `HIGHEST`, `LOWEST`, `SIZE`, `INTEGRALS`."""
         row = np.zeros(INTEGRALS.stop)
         if not len(self.peak):
-            row[MAXIMA], row[STEEPEST], row[LOWEST] = -np.inf, 0.0, np.inf
+            row[MAXIMA], row[HIGHEST], row[LOWEST] = -np.inf, 0.0, np.inf
             return row
-        values = self.samples.values.reshape(-1, N + 1)
+        values = self.samples.values.reshape(-1, GREATEST + 1)
         peak, bulk = values[self.peak], values[self.bulk]
         at = self.peak[np.argmax(peak[:, :N], axis=0)]
         row[MAXIMA] = values[at, np.arange(N)]
         place = self.samples.position.reshape(-1, self.samples.position.shape[-1])[at]
         row[PLACES] = np.pad(place, ((0, 0), (0, 3 - place.shape[1]))).ravel()
-        row[STEEPEST] = np.max(np.linalg.norm(self.gradient.values[self._rows], axis=-1))
-        row[LOWEST] = np.min(peak[:, N - 1 :], axis=0)
-        row[LOWEST.stop - 1] = min(row[LOWEST.stop - 1], np.min(bulk[:, DET_F], initial=np.inf))
+        steepest = np.max(np.linalg.norm(self.gradient.values[self._rows], axis=-1))
+        row[HIGHEST] = steepest, np.max(peak[:, GREATEST])
+        lowest = np.min(peak[:, PRESSURE:GREATEST], axis=0)
+        lowest[1] = min(lowest[1], np.min(bulk[:, DET_F], initial=np.inf))
+        row[LOWEST] = lowest
         row[SIZE], row[INTEGRALS] = np.sum(self._size), self._size @ bulk[:, :N]
         return row
 
@@ -162,7 +169,7 @@ class Region:
 
         Shape (2, n), from the largest on: what lies above a share of the whole region is among the ranks' rows.
         """
-        rows = np.stack([self.samples.values.reshape(-1, N + 1)[self.bulk, 0], self._size])
+        rows = np.stack([self.samples.values.reshape(-1, GREATEST + 1)[self.bulk, 0], self._size])
         rows = rows[:, np.argsort(-rows[0], kind="stable")]
         return rows[:, : int(np.searchsorted(np.cumsum(rows[1]), size, side="right")) + 1]
 
@@ -174,7 +181,7 @@ def merge(parts: Sequence[np.ndarray]) -> np.ndarray:
         better = part[:, MAXIMA] > total[:, MAXIMA]
         total[:, MAXIMA] = np.where(better, part[:, MAXIMA], total[:, MAXIMA])
         total[:, PLACES] = np.where(np.repeat(better, 3, axis=1), part[:, PLACES], total[:, PLACES])
-        total[:, STEEPEST] = np.maximum(total[:, STEEPEST], part[:, STEEPEST])
+        total[:, HIGHEST] = np.maximum(total[:, HIGHEST], part[:, HIGHEST])
         total[:, LOWEST] = np.minimum(total[:, LOWEST], part[:, LOWEST])
         total[:, SIZE:] += part[:, SIZE:]
     return total

@@ -23,10 +23,10 @@ from cellmech.mechanics.kinematics import Kinematics, deformation_gradient, gree
 from cellmech.mechanics.materials import MaterialField
 from cellmech.names import coordinates
 from cellmech.solver.det_f import node_points, quadrature
+from cellmech.solver.principal import entries_of, principal_values, symmetric
 from cellmech.solver.waves_in_space import SpaceWaves
 
 UNIFORM = 1e-9  # a margin nearer to 1 than this is that of rest: no place or direction is weaker
-STRAINS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 AT_ONCE = 2000  # elements whose points are looked at together
 
 
@@ -112,7 +112,7 @@ class EllipticityInSpace:
             values = moduli(cells[some]).reshape(-1, moduli.value_size)
             of_solid = values[solid].T
             known = min((margin_of(one) for one in found), default=np.inf)
-            margins, _ = SpaceWaves.of(_principal(values[solid, :6]), of_solid[6:9], of_solid[9:]).least(known)
+            margins, _ = SpaceWaves.of(principal_values(values[solid, :6]), of_solid[6:9], of_solid[9:]).least(known)
             worst = int(np.argmin(margins))
             if abs(margins[worst] - 1) < UNIFORM:
                 found.append(StabilityInSpace(float(margins[worst])))
@@ -130,7 +130,7 @@ def margin_of(one: Any) -> float:
 def _told(at: np.ndarray, layer: str, values: np.ndarray) -> StabilityInSpace:
     """Of one point, in the axes of the mesh; `at` is the place and F, row by row."""
     F = at[-9:].reshape(3, 3)
-    e, axes = np.linalg.eigh(_tensor(values[:6]))
+    e, axes = np.linalg.eigh(symmetric(values[:6]))
     waves = SpaceWaves.of(e[:, None], values[6:9, None], values[9:, None])
     (margin,), direction = waves.least()
     direction = direction[:, 0]
@@ -143,27 +143,10 @@ def _told(at: np.ndarray, layer: str, values: np.ndarray) -> StabilityInSpace:
     return StabilityInSpace(float(margin), place, layer, normal, motion)
 
 
-def _tensor(entries: np.ndarray) -> np.ndarray:
-    """Symmetric tensors, shape (..., 3, 3), from their entries in the order of `STRAINS`, shape (..., 6)."""
-    found = np.empty((*entries.shape[:-1], 3, 3))
-    for k, (i, j) in enumerate(STRAINS):
-        found[..., i, j] = found[..., j, i] = entries[..., k]
-    return found
-
-
-def _principal(entries: np.ndarray) -> np.ndarray:
-    """Principal values of symmetric tensors from their entries, shape (n, 6), in any order; shape (3, n)."""
-    if np.any(entries[:, 4:]):
-        return np.linalg.eigvalsh(_tensor(entries)).T
-    xx, yy, zz, xy = entries.T[:4]  # z is an axis
-    mean, half = (xx + yy) / 2, np.hypot((xx - yy) / 2, xy)
-    return np.stack([mean - half, mean + half, zz])
-
-
 def isotropic_moduli(u: fem.Function, material: MaterialField, kinematics: Kinematics) -> Any:
-    """E (as `STRAINS`), W's derivatives by t = tr E, q = tr E^2, d = det E, and by tt, tq, td, qq, qd, dd, over mu [-].
+    """E, W's derivatives by t = tr E, q = tr E^2, d = det E, and by tt, tq, td, qq, qd, dd, over mu [-].
 
-    A UFL vector of length 6 + 3 + 6.
+    A UFL vector of length 6 + 3 + 6, E as `principal.ENTRIES`.
     """
     E, mu = green_lagrange(u, kinematics), material.constants["mu"]
     invariants = Invariants(E)
@@ -171,4 +154,4 @@ def isotropic_moduli(u: fem.Function, material: MaterialField, kinematics: Kinem
     W = material.law(GivenInvariants(E, *of), **material.constants)
     first = [ufl.diff(W, one) for one in of]
     second = [ufl.diff(first[a], of[b]) for a in range(3) for b in range(a, 3)]
-    return ufl.as_vector([*(E[i, j] for i, j in STRAINS), *(value / mu for value in (*first, *second))])
+    return ufl.as_vector([*entries_of(E), *(value / mu for value in (*first, *second))])

@@ -23,6 +23,7 @@ from cellmech.results.records import CaseFolder, flatten
 from cellmech.runs.case import mesh_plan, solve_case
 from cellmech.scene.case import Case
 from cellmech.scene.files import read_scene
+from cellmech.solver.principal import ENTRIES, principal_stretches
 from cellmech.solver.schedule import Schedule
 from cellmech.solver.simulation import Simulation
 
@@ -137,12 +138,23 @@ def test_pressure_is_minus_a_third_of_the_trace_of_the_stress(observers, which, 
 
 def test_strains_of_a_homogeneous_state_are_those_of_c(observers):
     result = deform(observers["full"], [[1.1, 0.3], [-0.1, 0.9]])
-    C = np.array([[1.1, 0.3], [-0.1, 0.9]]).T @ np.array([[1.1, 0.3], [-0.1, 0.9]])
+    F = np.array([[1.1, 0.3], [-0.1, 0.9]])
+    C, stretches = F.T @ F, np.linalg.svd(F, compute_uv=False)
     for name in ("nucleus", "lamina", "membrane", "cell"):
         for quantity, value in (("J1", np.trace(C)), ("J2", np.trace(C @ C)), ("J3", np.linalg.det(C))):
             assert result[name][f"{quantity}_max"] == pytest.approx(value, rel=1e-11)
             assert result[name][f"{quantity}_mean"] == pytest.approx(value, rel=1e-11)
         assert result[name]["det_F_min"] == pytest.approx(np.sqrt(np.linalg.det(C)), rel=1e-11)
+        assert result[name]["principal_stretch_min"] == pytest.approx(min(stretches), rel=1e-11)
+        assert result[name]["principal_stretch_max"] == pytest.approx(max(stretches), rel=1e-11)
+
+
+def test_principal_stretches_in_space_are_the_singular_values_of_f():
+    F = np.eye(3) + 0.3 * np.random.default_rng(0).uniform(-1, 1, (5, 3, 3))
+    E = (np.swapaxes(F, 1, 2) @ F - np.eye(3)) / 2
+    expected = np.linalg.svd(F, compute_uv=False)
+    found = principal_stretches(np.stack([E[:, i, j] for i, j in ENTRIES], axis=-1))
+    np.testing.assert_allclose(found, expected[:, [2, 0]], rtol=1e-12)
 
 
 @pytest.mark.parametrize("shape", ["half", "full"])
