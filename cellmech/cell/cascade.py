@@ -45,8 +45,11 @@ def begin_near(setup: Setup, run: Simulation, plan: MeshPlan, additions: Additio
         try:
             begin_near(with_fewer, first, plan, additions, log)
             first.run(lambda step: None)
-            same = with_fewer.domain is setup.domain
-            run.u[:] = fenicsx.interpolated(first.state.u, run.body.space) if same else _carried_over(first, run)
+            if with_fewer.domain is setup.domain:
+                found = fenicsx.interpolated(first.state.u, run.body.space)
+            else:
+                found = _carried_over(first, run)
+            run.u[:] = found
         finally:
             first.close()
     except CellmechError as error:  # of the other mesh, which need not be this one's

@@ -231,6 +231,7 @@ def _provenance(
         "rejected_steps": totals.rejected_steps + totals.failed_solves if totals else 0,
         "newton_iterations": totals.newton_iterations if totals else 0,
         "factorisations": totals.factorisations if totals else 0,
+        "linear_iterations": totals.linear_iterations if totals else 0,
         "ranks": comm.size,
         "mesh_cells": setup.number_of_cells,
         "mesh_quality": {key: float(value) for key, value in quality.items()},

@@ -54,6 +54,10 @@ class Linear(Protocol):
     def matrix_type(self) -> str | None:
         """What the tangent is stored as; None for PETSc's default."""
 
+    @property
+    def iterations(self) -> int:
+        """How many it has made; 0 of factors."""
+
     def install(self, pc: PETSc.PC) -> None:
         """Make a preconditioner this solver."""
 
@@ -81,7 +85,7 @@ class Direct:
         symmetric: whether the tangent is, which halves the factors.
     """
 
-    matrix_type = None
+    matrix_type, iterations = None, 0
 
     def __init__(self, symmetric: bool = False) -> None:
         self._factors = "cholesky" if symmetric else "lu"
@@ -129,7 +133,7 @@ class Multigrid:
         self._share = FORCING
         self._ksp: Any = None
         self._coarse: Any = None
-        self._lost, self._best = 0.0, math.inf
+        self._lost, self._best, self.iterations = 0.0, math.inf, 0
         self._fault: Reason | None = None
 
     def install(self, pc: PETSc.PC) -> None:
@@ -199,6 +203,7 @@ class Multigrid:
         """Whether the residual fell as far as asked; counts what iterations more than with a new set-up it took."""
         self._ksp.setTolerances(rtol=self._share, atol=0.0, max_it=most)
         self._ksp.solve(r, z)
+        self.iterations += self._ksp.getIterationNumber()
         if self._ksp.getConvergedReason() <= 0:
             return False
         size, left = r.norm(), self._ksp.getResidualNorm()

@@ -49,12 +49,14 @@ class Outcome:
         factorisations: tangents assembled and factorised.
         residual: its 2-norm at the end [Pa µm or pN].
         reason: why it did not converge, in physical terms; None where it did.
+        linear_iterations: of the linear solver, 0 of factors.
     """
 
     iterations: int
     factorisations: int
     residual: float
     reason: Reason | None = None
+    linear_iterations: int = 0
 
     @property
     def converged(self) -> bool:
@@ -277,7 +279,7 @@ class Solver:
             MemoryError: on every rank, if there is no room to factorise a tangent.
         """
         self.amplitude.value = amplitude
-        before, iterations = self.factorisations, 0
+        before, iterations, linear = self.factorisations, 0, self._linear.iterations
         load = abs(amplitude) * self._load_norm if self._load_norm else self._force_scale
         self._sum = abs(amplitude) * self._load_sum if self._load_norm else self._force_scale
         self._atol = (ROUGH if rough else self._tolerance) * load
@@ -321,6 +323,7 @@ class Solver:
             factorisations=self.factorisations - before,
             residual=residual,
             reason=None if converged else fault or self._explain(reason, residual),
+            linear_iterations=self._linear.iterations - linear,
         )
 
     def _drowning(self, residual: float) -> Reason:

@@ -41,6 +41,7 @@ class Totals:
     failed_solves: int = 0
     newton_iterations: int = 0
     factorisations: int = 0
+    linear_iterations: int = 0
 
 
 @dataclass(frozen=True)

@@ -178,6 +178,7 @@ class Simulation:
         outcome = self.solver.solve(amplitude, rough=rough, leap=leap)
         self.totals.newton_iterations += outcome.iterations
         self.totals.factorisations += outcome.factorisations
+        self.totals.linear_iterations += outcome.linear_iterations
         return outcome
 
     def _settle(self, amplitude: float, nearly: float = NEARLY) -> None:
