@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import xml.etree.ElementTree as ET
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+import pyvista
 from matplotlib.figure import Figure
 from PIL import Image
 from plot_files import RADII, sag, write_ball, write_case, write_quarter
@@ -16,6 +19,7 @@ from cellmech.figures.body import START, Body, Patch, read_body
 from cellmech.figures.field_picture import read_state
 from cellmech.figures.film import make_turntable
 from cellmech.figures.geometry_figure import draw_geometry
+from cellmech.figures.paraview_files import write_paraview
 from cellmech.figures.reference import rest_of
 from cellmech.figures.shape_figure import draw_case
 from cellmech.figures.shapes import read_pose
@@ -157,6 +161,44 @@ class TestStage:
             x0, x1, y0, y1, z0, z1 = surface.bounds
             sizes = sorted((abs(x0), abs(x1))) + sorted((abs(z0), abs(z1)))
             np.testing.assert_allclose([*sizes, y0, y1], [2.5, 7.5, 2.5, 7.5, -10.0, -5.0], atol=0.05)
+
+
+class TestFilesForParaView:
+    def blocks(self, case: Path, out: Path) -> dict[str, Any]:
+        assert write_paraview(load(case), out, "cell") == 1
+        (listed,) = [Path(entry.attrib["file"]) for entry in ET.parse(out / "cell.pvd").iter("DataSet")]
+        found = pyvista.read(out / listed)
+        return {str(name): found[name] for name in found.keys()}
+
+    def test_the_whole_ball_is_there_by_layer_where_it_is_now_and_its_pillars(self, tmp_path: Path) -> None:
+        blocks = self.blocks(write_ball(tmp_path / "ball", lean, **LATTICE), tmp_path)
+        assert list(blocks) == [*LAYER_COLOURS, "pillars", "flat"]
+        quarter = pyvista.read(tmp_path / "ball" / "fields_0000.vtu").compute_cell_sizes()
+        for code, name in enumerate(LAYER_COLOURS):
+            volumes = blocks[name].compute_cell_sizes()["Volume"]
+            expected = np.pi / 3 * (RADII[code + 1] ** 3 - RADII[code] ** 3)  # a quarter of the ball's: half as wide
+            assert np.abs(volumes).sum() == pytest.approx(expected, rel=0.05)
+            one = quarter["Volume"][quarter["layer"] == code]
+            assert np.sum(volumes > 0) == 4 * np.sum(one > 0) > 0  # images keep the sense of what they show
+        np.testing.assert_allclose(blocks["membrane"].bounds, [-5, 5, -2.5, 17.5, -5, 5], atol=1e-6)
+        np.testing.assert_allclose(blocks["pillars"].bounds[2:4], [-10.0, -5.0], atol=0.1)
+        across = np.unique(np.round(np.abs(blocks["pillars"].points[:, [0, 2]]) / 10 - 0.5))
+        np.testing.assert_array_equal(across, [0.0, 1.0])  # in columns at 5 and 15
+
+    def test_vectors_are_mirrored_and_numbers_are_not(self, tmp_path: Path) -> None:
+        membrane = self.blocks(write_ball(tmp_path / "ball", lean), tmp_path)["membrane"]
+        moved = membrane["displacement_um"]
+        np.testing.assert_allclose(moved, lean(membrane.points - moved), atol=1e-6)
+        np.testing.assert_allclose(
+            np.log10(membrane["sigma_mises_Pa"]), (membrane.points - moved)[:, 1] / 10, atol=1e-6
+        )
+
+    def test_a_plane_cell_has_both_halves_and_the_section_of_its_substrate(self, tmp_path: Path) -> None:
+        write_case(tmp_path / "yeoh", "yeoh", 0, sag)
+        blocks = self.blocks(tmp_path / "yeoh", tmp_path)
+        assert list(blocks) == [*LAYER_COLOURS, "substrate"]
+        np.testing.assert_allclose(blocks["membrane"].bounds[:4], [-10.1, 10.1, -0.5, 18.9], atol=0.02)
+        np.testing.assert_allclose(blocks["substrate"].bounds, [-30, 30, -12.5, -0.5, 0, 0], atol=1e-6)
 
 
 class TestSubstrate:
