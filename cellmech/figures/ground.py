@@ -65,7 +65,11 @@ class Ground:
         grid = pyvista.ImageData(dimensions=(points,) * 3, spacing=(high - low) / (points - 1), origin=low)
         places = np.asarray(grid.points)
         inside = np.minimum(arch.level_set(places.T), 1.0 - from_axis(places, self.middle) / self.rim)
-        return grid.contour([0.0], scalars=inside) if high[1] > low[1] else pyvista.PolyData()
+        if high[1] <= low[1]:
+            return pyvista.PolyData()
+        surface = grid.contour([0.0], scalars=inside)
+        surface.clear_data()
+        return surface
 
 
 def from_axis(points: np.ndarray, middle: np.ndarray) -> np.ndarray:
