@@ -132,9 +132,14 @@ class TestOtherFigures:
 
     def test_the_first_geometry_of_a_ball_is_shown_from_the_side_and_from_above(self) -> None:
         scene = Scene.model_validate({"cell": {"geometry": "3d"}, **LATTICE})
-        side, above = draw_geometry(scene).axes
+        figure = draw_geometry(scene)
+        side, above = figure.axes
         assert (side.get_ylabel(), above.get_ylabel()) == ("y [µm]", "z [µm]")
         assert above.get_ylim()[0] > above.get_ylim()[1]  # z downwards
+        assert side.get_title(loc="left") == "section z = 0 µm"
+        legend = [text.get_text() for text in figure.legends[0].get_texts()]
+        assert legend[1].endswith("0.1 µm thick")
+        assert legend[-1] == "pillars beside the section"
 
     def test_films_and_shapes_say_that_they_show_a_section_and_what_stands_beside_it(self, tmp_path: Path) -> None:
         case = load(write_ball(tmp_path / "ball", np.zeros_like, **LATTICE))
