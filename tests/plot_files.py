@@ -144,6 +144,7 @@ def write_fields(path: Path, field: Field, half: bool = True, sectors: int = 12)
         cells.ravel(), np.full(count, VTK_QUADRATIC_TRIANGLE), np.column_stack([flat, np.zeros(len(flat))])
     )
     grid.point_data["displacement_um"] = np.column_stack([field(flat), np.zeros(len(flat))])
+    grid.point_data["sigma_mises_Pa"] = 10.0 ** (flat[:, 1] / 10.0)
     grid.cell_data["layer"] = np.array(layers, dtype=np.int32)
     grid.save(path)
 
@@ -175,7 +176,8 @@ def write_quarter(path: Path, field: Field, cuts: int = 3) -> None:
     elements, layers = [], []
     for side in (1.0, -1.0):
         for corners in _facets(cuts):
-            a, b, c = (corner * [1.0, side, 1.0] / np.linalg.norm(corner) for corner in corners)
+            ordered = sorted(corners, key=tuple)  # as the neighbours have them, which so split faces in one way
+            a, b, c = (corner * [1.0, side, 1.0] / np.linalg.norm(corner) for corner in ordered)
             for code, (inner, outer) in enumerate(pairwise(RADII)):
                 tops = [outer * a, outer * b, outer * c]
                 bottoms = [inner * a, inner * b, inner * c]

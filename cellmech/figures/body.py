@@ -22,6 +22,7 @@ EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))  # whose middles follow
 FACES = ((0, 1, 2, 4, 5, 6), (0, 3, 1, 7, 8, 4), (1, 3, 2, 8, 9, 5), (0, 2, 3, 6, 9, 7))
 INSIDE = 1e-5  # of the radius: so far beside a mirror plane it is cut, where elements only touch it
 ON_A_SPHERE = 1e-6  # of the radius
+SAME = 1e-6  # of a nucleus's size: points nearer than that are one
 
 
 @dataclass(frozen=True)
@@ -50,6 +51,10 @@ class Patch:
     def values(self) -> np.ndarray:
         """Of the field at the corners, shape (n, 3)."""
         return self.corners[..., VALUE]
+
+    def rim(self) -> np.ndarray:
+        """The outline of the nucleus in a section, as it is now: edges from end to end [µm], shape (n, 2, 3)."""
+        return rim_of(self.now, self.layer)
 
     def copies(self, axes: str) -> dict[str, Patch]:
         """Itself, "", and its images at x = 0 and z = 0, by the letters of the axes along which each is mirrored."""
@@ -100,20 +105,22 @@ class Body:
         mean = nucleus.reshape(-1, 3).mean(axis=0)
         return np.where([axis in self.mirrors for axis in "xyz"], 0.0, mean)
 
+    def level(self, axis: str, part: slice = NOW) -> float:
+        """Where along an axis its section lies [µm]."""
+        return float((self.middle if part == NOW else self.centre)["xyz".index(axis)])
+
     def section(self, axis: str = "z", part: slice = NOW) -> Patch:
         """The whole cell's section through the middle of its nucleus, or its centre, square to an axis.
 
         Args:
-            axis: "x" or "z"; of triangles all are the section.
+            axis: "x", "y" or "z"; of triangles all are the section.
             part: `NOW` for the plane that is flat now, `START` for the one that was flat before the load.
         """
         if not self.in_space:
             return Patch(*_triangles(self.nodes, self.layer)).whole(self.mirrors)
-        index, reach = "xyz".index(axis), float(np.ptp(self.nodes[..., 1]))
+        index, level = "xyz".index(axis), self.level(axis, part)
         if axis in self.mirrors:
-            level = INSIDE * reach
-        else:
-            level = float((self.middle if part == NOW else self.centre)[index])
+            level += INSIDE * float(np.ptp(self.nodes[..., 1]))
         places = self.nodes[..., part][..., index]
         met = (places.min(axis=1) <= level) & (places.max(axis=1) >= level)
         points, layer = _tetrahedra(self.nodes[met], self.layer[met])
@@ -127,6 +134,26 @@ class Body:
         there = faces[gaps.max(axis=-1) < ON_A_SPHERE * radius_um]  # corners only: third order's middles are near it
         corners, layers = _triangles(there, np.full(len(there), list(LAYER_COLOURS).index(layer)))
         return Patch(_facing(corners, START, corners[:, 0, START] - self.centre), layers)
+
+
+def rim_of(corners: np.ndarray, layer: np.ndarray) -> np.ndarray:
+    """The outline of the nucleus: edges that an odd number of triangles of nucleoplasm and lamina have.
+
+    Slivers whose sides are one do not count, as they have both.
+
+    Args:
+        corners: of triangles [µm], shape (n, 3, d).
+        layer: code of each triangle's layer, shape (n,).
+
+    Returns:
+        The ends of each edge, shape (m, 2, d).
+    """
+    mine = corners[layer <= list(LAYER_COLOURS).index("lamina")]
+    ends = np.stack([mine, np.roll(mine, -1, axis=1)], axis=2).reshape(-1, 2, corners.shape[-1])
+    places = np.round(ends.reshape(-1, corners.shape[-1]) / (SAME * np.ptp(mine)))
+    number = np.unique(places, axis=0, return_inverse=True)[1].reshape(-1, 2)
+    _, first, count = np.unique(np.sort(number, axis=1), axis=0, return_index=True, return_counts=True)
+    return np.asarray(ends[first[count % 2 == 1]])
 
 
 def read_body(path: Path, scene: Scene, quantity: str | None = None) -> Body:

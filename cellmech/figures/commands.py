@@ -10,12 +10,16 @@ import argparse
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from cellmech.console import bear_any_text, say
 from cellmech.errors import CellmechError, InputError
 from cellmech.names import path_there
 from cellmech.results.records import write_whole
 from cellmech.surroundings import open_streams
+
+if TYPE_CHECKING:
+    from cellmech.figures.results import StudyResult
 
 MOST_FAULTS = 60  # that are named
 
@@ -42,6 +46,7 @@ def report_parser() -> argparse.ArgumentParser:
     """The arguments of `report`."""
     parser = _parser("report", "A study's results as one page: report.html.")
     parser.add_argument("--reference", type=path_there, metavar="FILE", help="TOML file of numbers to compare with")
+    parser.add_argument("--draw", action="store_true", help="draw each deformed cell into STUDYDIR/figures before")
     parser.add_argument("--out", type=path_there, metavar="DIR", help="where to write; default: STUDYDIR")
     return parser
 
@@ -96,9 +101,23 @@ def _report(options: argparse.Namespace) -> list[str]:
     from cellmech.figures.results import read_all
 
     study = read_all(options.results)
+    if options.draw:
+        _draw(study)
     comparison = compare(options.results, options.reference) if options.reference else None
     write_text((options.out or options.results) / "report.html", report(study, comparison))
     return study.faults()
+
+
+def _draw(study: StudyResult) -> None:
+    """The deformed cell of each case that has fields, into `figures` of the study's folder."""
+    from cellmech.figures.shape_figure import draw_case
+    from cellmech.figures.style import save, styled
+
+    with styled():
+        for name, case in study.cases.items():
+            if (case.folder / "fields.pvd").is_file():
+                for path in save(draw_case(case), study.folder / "figures", f"shape-{name}"):
+                    say(str(path))
 
 
 def write_text(path: Path, text: str) -> None:

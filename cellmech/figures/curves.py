@@ -20,6 +20,7 @@ from cellmech.figures.style import (
     TINY,
     Quantity,
     less_rest,
+    meaning_of,
     provenance,
     rests,
 )
@@ -48,7 +49,8 @@ def draw_curves(study: StudyResult, paper: Mapping[str, Any]) -> Figure:
     for index, (quantity, column) in enumerate(columns.items()):
         ours = {law: (of["t_s"], of[column] - cases[law].rest(quantity.key)) for law, of in curves.items()}
         less = less_rest(quantity, cases.values())
-        panel = Panel(figure, grid[index // 2, index % 2], quantity, ours, _printed(paper, quantity), less)
+        place, meaning = grid[index // 2, index % 2], meaning_of(quantity, cases.values())
+        panel = Panel(figure, place, quantity, ours, _printed(paper, quantity), less, meaning)
         panel.draw("abcd"[index])
         for law, case in cases.items():
             if case.failure:

@@ -1,4 +1,4 @@
-"""Pictures for a page that stands alone: PNG files as text inside it."""
+"""Pictures for a page that stands alone: PNG files and films as text inside it."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Picture:
 
 
 def embed(path: Path) -> Picture | None:
-    """A PNG file as a picture, made smaller if it is huge; None if there is no such file.
+    """A PNG file as a picture, made smaller if it is huge, or a GIF as it is; None if there is no such file.
 
     Raises:
         InputError: for a file that is no picture.
@@ -33,13 +33,13 @@ def embed(path: Path) -> Picture | None:
         return None
     try:
         with Image.open(path) as image:
-            content, size = path.read_bytes(), image.size
-            if image.width > WIDEST:
+            content, size, kind = path.read_bytes(), image.size, "gif" if image.format == "GIF" else "png"
+            if kind == "png" and image.width > WIDEST:
                 size = (WIDEST, round(image.height * WIDEST / image.width))
                 stream = io.BytesIO()
                 small = image.convert("RGB").resize(size, Image.Resampling.LANCZOS)
                 small.quantize(256, dither=Image.Dither.NONE).save(stream, "PNG", optimize=True)  # a third of the bytes
                 content = stream.getvalue()
     except (OSError, ValueError) as error:
-        raise InputError(str(path), "", f"is no PNG picture ({error})", None, "Draw it again.") from None
-    return Picture(f"data:image/png;base64,{base64.b64encode(content).decode()}", *size)
+        raise InputError(str(path), "", f"is no PNG or GIF picture ({error})", None, "Draw it again.") from None
+    return Picture(f"data:image/{kind};base64,{base64.b64encode(content).decode()}", *size)

@@ -9,15 +9,17 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import PolyCollection
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 
 from cellmech.errors import InputError
-from cellmech.figures.body import START, read_body
+from cellmech.figures.body import START, read_body, rim_of
 from cellmech.figures.film import write_film
-from cellmech.figures.style import FADED, SUBSTRATE
-from cellmech.figures.substrate import magnified, polygons
+from cellmech.figures.space import scale_of
+from cellmech.figures.style import FADED, SUBSTRATE, field_label
+from cellmech.figures.substrate import behind, magnified, polygons, section_words
 from cellmech.results.result import Result
 from cellmech.scene.placement import placement
 
@@ -35,6 +37,7 @@ class State:
         triangles: their corners, shape (m, 3).
         values: of the field at the points, shape (n,).
         centre: of the cell's first outline, moved like its lowest point [µm].
+        rim: edges of the nucleus's outline [µm], shape (k, 2, 2).
     """
 
     t_s: float
@@ -42,6 +45,7 @@ class State:
     triangles: np.ndarray
     values: np.ndarray
     centre: np.ndarray
+    rim: np.ndarray
 
 
 def read_state(result: Result, t_s: float, file: Path, quantity: str, magnify: float) -> State:
@@ -56,7 +60,7 @@ def read_state(result: Result, t_s: float, file: Path, quantity: str, magnify: f
     scalars = [name for name, values in grid.point_data.items() if values.ndim == 1]
     if quantity not in scalars:
         raise InputError(str(file), quantity, f"must be one of {', '.join(scalars)}")
-    points, moves, values, triangles = _parts(grid, result, file, quantity)
+    points, moves, values, triangles, layer = _parts(grid, result, file, quantity)
     lowest = np.argmin(points[:, 1])
     pivot, bottom = moves[lowest], points[lowest, 1]
     centre = np.array([placement(result.scene).centre[0], bottom + result.scene.radius_um]) + pivot
@@ -64,17 +68,20 @@ def read_state(result: Result, t_s: float, file: Path, quantity: str, magnify: f
     if result.scene.cell.shape == "half" and result.scene.cell.geometry != "3d":
         triangles = np.concatenate([triangles, triangles[:, ::-1] + len(points)])
         points, values = np.concatenate([points, points * [-1.0, 1.0]]), np.concatenate([values, values])
-    return State(t_s, points, triangles, values, centre)
+        layer = np.tile(layer, 2)
+    return State(t_s, points, triangles, values, centre, rim_of(points[triangles], layer))
 
 
 def _parts(grid: Any, result: Result, file: Path, quantity: str) -> tuple[np.ndarray, ...]:
-    """Points of the plane, their displacements, values and triangles, of what was solved or of a section."""
+    """Points of the plane, their displacements and values, triangles, their layers: of what was solved or a section."""
     if result.scene.cell.geometry == "3d":
         section = read_body(file, result.scene, quantity).section(part=START)
         points, now = (at.reshape(-1, 3)[:, :2] for at in (section.start, section.now))
-        return points, now - points, section.values.ravel(), np.arange(len(points)).reshape(-1, 3)
+        triangles = np.arange(len(points)).reshape(-1, 3)
+        return points, now - points, section.values.ravel(), triangles, section.layer
     points, moves = np.asarray(grid.points)[:, :2], np.asarray(grid.point_data["displacement_um"])[:, :2]
-    return points, moves, np.asarray(grid.point_data[quantity]), _flat(grid)
+    triangles, layer = _flat(grid), np.asarray(grid.cell_data["layer"])
+    return points, moves, np.asarray(grid.point_data[quantity]), triangles, np.tile(layer, len(triangles) // len(layer))
 
 
 def _flat(grid: Any) -> np.ndarray:
@@ -102,8 +109,7 @@ def draw_field(result: Result, quantity: str, magnify: float = 1.0, axes: Axes |
         InputError: for a field that is not there, or a broken file.
     """
     state = read_state(result, *result.last_fields(), quantity, magnify)
-    span = float(state.values.min()), float(state.values.max())
-    return _draw(result, state, quantity, magnify, _view([state]), span, axes)
+    return _draw(result, state, quantity, magnify, _view([state]), scale_of(state.values, quantity), axes)
 
 
 def make_film(result: Result, path: Path, quantity: str, magnify: float = 1.0) -> int:
@@ -119,8 +125,8 @@ def make_film(result: Result, path: Path, quantity: str, magnify: float = 1.0) -
         raise InputError(str(result.folder / "fields.pvd"), "", "must list several times for a film", None, hint)
     states = [read_state(result, *entry, quantity, magnify) for entry in series]
     view = _view(states)
-    span = min(float(s.values.min()) for s in states), max(float(s.values.max()) for s in states)
-    pictures = (_draw(result, state, quantity, magnify, view, span) for state in states)
+    norm = scale_of(np.concatenate([state.values for state in states]), quantity)
+    pictures = (_draw(result, state, quantity, magnify, view, norm) for state in states)
     return write_film(pictures, path, FRAME_MS, LAST_MS)
 
 
@@ -138,7 +144,7 @@ def _draw(
     quantity: str,
     magnify: float,
     view: tuple[float, float, float, float],
-    span: tuple[float, float],
+    norm: Normalize,
     axes: Axes | None = None,
 ) -> Figure:
     if axes is None:
@@ -147,12 +153,16 @@ def _draw(
     assert isinstance(figure, Figure)
     true, scene = magnify == 1, result.scene
     colour = SUBSTRATE if true else FADED
+    for ground in behind(scene) if true else []:
+        axes.add_collection(PolyCollection(list(ground), facecolor=FADED, edgecolor=FADED, lw=0.8, zorder=-1))
     for ground in polygons(scene, view) if true else [magnified(scene, state.centre, view, magnify)]:
         axes.add_collection(PolyCollection(list(ground), facecolor=colour, edgecolor=colour, lw=0.8, zorder=0))
     triangulation = Triangulation(*state.points.T, state.triangles)
-    image = axes.tripcolor(triangulation, state.values, shading="gouraud", zorder=1, vmin=span[0], vmax=span[1])
+    axes.add_collection(LineCollection(list(state.rim), color="black", lw=0.8, zorder=2))
+    image = axes.tripcolor(triangulation, state.values, shading="gouraud", zorder=1, norm=norm)
     axes.set(xlim=view[:2], ylim=view[2:], aspect="equal", xlabel="x [µm]", ylabel="y [µm]")
-    times = "" if true else f"\ndisplacements, and gaps to the substrate, × {magnify:g}"
-    axes.set_title(f"{result.scene.title or result.name}, t = {state.t_s:,.0f} s{times}")
-    figure.colorbar(image, ax=axes, label=quantity)
+    notes = [section_words(scene), "" if true else f"displacements, and gaps to the substrate, × {magnify:g}"]
+    below = ";  ".join(filter(None, notes))
+    axes.set_title(f"{result.scene.title or result.name}, t = {state.t_s:,.0f} s" + f"\n{below}" * bool(below))
+    figure.colorbar(image, ax=axes, label=field_label(quantity))
     return figure

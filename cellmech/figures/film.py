@@ -19,6 +19,8 @@ from cellmech.figures.space import AZIMUTH_DEG, Stage
 from cellmech.results.records import PARTIAL
 from cellmech.results.result import Result
 
+ALIKE = 0xF8F8F8  # what two colours share that Pillow may take one for the other
+SAMPLED, EXACT = 6, 64  # pictures from which a film's colours are taken, and how many of these stay as they are
 FILM_DPI, TURNS, TURN_MS = 110, 36, 120  # of a turn: pictures, and how long each is shown
 
 
@@ -34,6 +36,8 @@ def write_film(figures: Iterable[Figure], path: Path, frame_ms: int, last_ms: in
         canvas = FigureCanvasAgg(figure)
         canvas.draw()
         pictures.append(Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy()))
+    colours = _colours(pictures)
+    pictures = [picture.quantize(palette=colours, dither=Image.Dither.NONE) for picture in pictures]
     times = [frame_ms] * (len(pictures) - 1) + [last_ms]
     partial = path.with_name(f"{PARTIAL}{os.getpid()}-{path.name}")
     try:
@@ -45,6 +49,27 @@ def write_film(figures: Iterable[Figure], path: Path, frame_ms: int, last_ms: in
     finally:
         partial.unlink(missing_ok=True)
     return len(pictures)
+
+
+def _colours(pictures: list[Image.Image]) -> Image.Image:
+    """An image whose palette serves all pictures: if each had its own, what stands still would change colour.
+
+    The colours of the largest areas are in it as they are, such as white and those of a legend.
+    """
+    some = np.concatenate([np.asarray(of).reshape(-1, 3) for of in pictures[:: -(-len(pictures) // SAMPLED)]])
+    packed, area = np.unique(some @ np.array([1 << 16, 1 << 8, 1]), return_counts=True)
+    colours = np.stack([packed >> 16, packed >> 8, packed], axis=1).astype(np.uint8)
+    order, like = np.argsort(-area), packed & ALIKE
+    kept = order[np.sort(np.unique(like[order], return_index=True)[1])[:EXACT]]
+    other = ~np.isin(like, like[kept])
+    sheet = np.repeat(colours[other], np.ceil(np.sqrt(area[other])).astype(int), axis=0)
+    shades: list[int] = []
+    if len(sheet):
+        mixed = Image.fromarray(sheet[None]).quantize(256 - EXACT, method=Image.Quantize.MEDIANCUT)
+        shades = (mixed.getpalette() or [])[: 3 * (256 - EXACT)]
+    found = Image.new("P", (1, 1))
+    found.putpalette([*colours[kept].ravel().tolist(), *shades])
+    return found
 
 
 def make_turntable(case: Result, path: Path, quantity: str | None = None) -> int:
@@ -71,9 +96,9 @@ def make_turntable(case: Result, path: Path, quantity: str | None = None) -> int
 
     def seen_from(azimuth_deg: float) -> Figure:
         figure = Figure(figsize=(6.4, 7.2))
-        draw_stage(figure.add_axes((0.02, 0.08, 0.96, 0.78)), stage, FILM_DPI, azimuth_deg)
+        draw_stage(figure.add_axes((0.02, 0.08, 0.96, 0.76)), stage, FILM_DPI, azimuth_deg)
         write_caption(figure, case, t_s)
-        write_legend(figure, paint, quantity, outlines=False)
+        write_legend(figure, paint, quantity, sections=False)
         return figure
 
     angles = AZIMUTH_DEG + np.arange(TURNS) * 360.0 / TURNS

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle, Wedge
 
 from cellmech.figures.style import FADED, LAYER_COLOURS, SMALL, SUBSTRATE, TINY
-from cellmech.figures.substrate import depth_um, footprints, outline_of
+from cellmech.figures.substrate import behind, depth_um, footprints, outline_of, section_words
 from cellmech.mechanics.obstacles import Pillar
 from cellmech.scene.parts import LAYER_NAMES, LayerName
 from cellmech.scene.placement import placement
@@ -45,6 +45,7 @@ def draw_geometry(scene: Scene) -> Figure:
         note = NOTES[scene.cell.geometry]
         main.annotate(note, (0.0, view[3]), (0, 3), textcoords="offset points", fontsize=TINY, ha="center", va="bottom")
     if scene.cell.geometry == "3d":
+        main.set_title(section_words(scene), fontsize=10.5, loc="left")
         _draw_from_above(figure.add_axes((0.675, 0.36, 0.305, 0.55)), scene, view[:2])
     else:
         _zoom(main, scene, centre, "lamina", "t_l", 0.665)
@@ -212,6 +213,10 @@ def _legend(figure: Figure, scene: Scene) -> None:
     for name in reversed(LAYER_NAMES):
         layer = scene.layer_of(name)
         text = f"{name}:  E = {layer.young_Pa:,g} Pa,  fluid fraction {layer.fluid_fraction:g}"
+        if scene.cell.geometry == "3d" and scene.inner_radius_um(name):  # else a zoom shows it
+            text += f",  {_length(round(scene.outer_radius_um(name) - scene.inner_radius_um(name), 9))} thick"
         handles.append(Patch(fc=LAYER_COLOURS[name], ec="none", label=text))
     handles.append(Patch(fc=SUBSTRATE, ec="#6d6d6d", label="substrate: micropillar and flat (rigid)"))
-    figure.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.645, 0.055), frameon=False, fontsize=10.5)
+    if behind(scene):
+        handles.append(Patch(fc=FADED, ec="#9d9d9d", label="pillars beside the section"))
+    figure.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.645, 0.045), frameon=False, fontsize=9)

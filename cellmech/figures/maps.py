@@ -25,6 +25,7 @@ from cellmech.figures.style import (
     TINY,
     Quantity,
     less_rest,
+    meaning_of,
     printed,
     provenance,
     rests,
@@ -83,7 +84,7 @@ class MapPanel:
     def draw(self, letter: str) -> None:
         """Cells, axes, marks, words."""
         q, axes = self.quantity, self.axes
-        axes.set_title(f"({letter})  {q.symbol}: {q.meaning}", loc="left", pad=9)
+        axes.set_title(f"({letter})  {q.symbol}: {meaning_of(q, self.grid.study.cases.values())}", loc="left", pad=9)
         colours = axes.imshow(self.values, cmap=COLOURS, norm=self._norm(), origin="lower", aspect="auto")
         bar = axes.figure.colorbar(colours, ax=axes, fraction=0.046, pad=0.025)
         bar.set_label(self.label(), fontsize=10.5)

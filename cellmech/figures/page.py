@@ -23,6 +23,7 @@ COLUMNS = {f"nucleus.{q.key}_max{q.suffix}": (f"σ_Mises [{q.unit}]" if q.unit e
 COLUMNS |= {"contact.max_depth_um": ("depth [µm]", "")}
 FORCES = {"contact.force_Pa_x_um": True, "contact.force_pN": False}  # and whether they are those of a plane
 COLUMNS |= {key: (f"force [{'Pa µm' if plane else 'pN'}]", "") for key, plane in FORCES.items()}
+PICTURES = (".png", ".gif")
 MOST_VARIED = 6  # keys that set the cases apart and are shown
 
 
@@ -89,7 +90,7 @@ def report(study: StudyResult, comparison: Comparison | None = None) -> str:
             failed=[Failed(name, case.failure, case.cause.advice) for name, case in study.cases.items() if case.cause],
             doubts=[f"{name}: {text}" for name, case in study.cases.items() for text in _warnings(case)],
             numbers=number_section(study),
-            shown=[_shown(path) for place in places for path in sorted(place.glob("[!.]*.png"))],
+            shown=[_shown(path) for place in places for path in sorted(place.glob("[!.]*")) if path.suffix in PICTURES],
             comparison=comparison,
             tones=TONES,
             runs=[runs],

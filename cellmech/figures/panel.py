@@ -28,6 +28,7 @@ class Panel:
         ours: law -> times [s] and values, these less theirs at rest.
         paper: law -> printed maximum.
         less: what was taken off ours, to stand behind the quantity's name.
+        meaning: of the quantity.
     """
 
     def __init__(
@@ -38,8 +39,9 @@ class Panel:
         ours: Mapping[str, tuple[np.ndarray, np.ndarray]],
         paper: Mapping[str, float],
         less: str,
+        meaning: str,
     ) -> None:
-        self.quantity, self.paper, self.ours, self.less = quantity, paper, ours, less
+        self.quantity, self.paper, self.ours, self.less, self.meaning = quantity, paper, ours, less, meaning
         low, high = (find(0.0, *(float(v) for _, y in self.ours.values() for v in y if v == v)) for find in (min, max))
         theirs = max((value - quantity.rest for value in paper.values()), default=0.0)
         self.strip: Axes | None = None
@@ -62,7 +64,7 @@ class Panel:
             line: dict[str, Any] = dict(color=look.colour, lw=look.width, ls=look.dash, label=look.label)
             main.plot(t, values, **line, zorder=look.order, gid=f"law:{law}")
             main.plot(t, values, color=look.colour, zorder=3, **STEP_MARKER)
-        (self.strip or main).set_title(f"({letter})  {q.symbol}: {q.meaning}", loc="left")
+        (self.strip or main).set_title(f"({letter})  {q.symbol}: {self.meaning}", loc="left")
         main.set_ylabel(f"largest {q.symbol}" + f"{self.less}  [{q.unit or '–'}]")
         main.yaxis.set_label_coords(-0.175, 0.5)
         main.set_xlabel("time [s]")

@@ -87,14 +87,10 @@ def _parser() -> argparse.ArgumentParser:
     picture.add_argument("--field", help="scalar of the field files to colour by; default: the layers")
     turn = add("turntable", _turntable, "film of one case in 3-D, cut open, that turns once about the vertical")
     about = "folder of the case; default: %(default)s"
-    turn.add_argument(
-        "--case",
-        type=path_there,
-        default=IN_SPACE,
-        metavar="DIR",
-        help=about,
-    )
+    turn.add_argument("--case", type=path_there, default=IN_SPACE, metavar="DIR", help=about)
     turn.add_argument("--field", help="scalar of the field files to colour by; default: the layers")
+    files = add("paraview", _paraview, "files for ParaView of one case: the whole cell by layer, and what it stands on")
+    files.add_argument("--case", type=path_there, default=IN_SPACE, metavar="DIR", help=about)
     film = add("movie", _movie, "film of a field of one case, over the times at which its fields were written")
     case = Path("results/movie/movie")
     film.add_argument(
@@ -170,6 +166,14 @@ def _turntable(options: argparse.Namespace) -> int:
     with styled():
         count = make_turntable(load(options.case), path, options.field)
     say(f"{path}: {count} pictures")
+    return 0
+
+
+def _paraview(options: argparse.Namespace) -> int:
+    from cellmech.figures.paraview_files import write_paraview
+
+    count = write_paraview(load(options.case), options.out, options.stem)
+    say(f"{options.out / options.stem}.pvd: {count} times")
     return 0
 
 

@@ -1,14 +1,16 @@
-"""The picture of one case: in space the cell cut open, its section and its view from above; else its section."""
+"""The picture of one case: in space the cell cut open, its sections and its view from above; else its section."""
 
 from __future__ import annotations
 
 import math
+import textwrap
 from typing import Any
 
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch as Swatch
@@ -18,14 +20,16 @@ from cellmech.figures.render import Colour, View, picture, probe
 from cellmech.figures.shapes import scale_bar
 from cellmech.figures.sheet import UNDEFORMED
 from cellmech.figures.space import AZIMUTH_DEG, Paint, Stage, scale_of
-from cellmech.figures.style import FADED, FAULT_COLOUR, LAWS, LAYER_COLOURS, SMALL, SUBSTRATE
+from cellmech.figures.style import FADED, FAULT_COLOUR, LAWS, LAYER_COLOURS, SMALL, SUBSTRATE, field_label
 from cellmech.figures.substrate import behind, footprints, polygons
 from cellmech.results.result import Result
 from cellmech.scene.scene import Scene
 
 PX_PER_IN = 220
-WIDE_IN, ABOVE_IN, BELOW_IN = 7.3, 1.05, 0.75  # of the section alone
+LETTERS_PER_IN = 10.5  # of a caption
+WIDE_IN, ABOVE_IN, BELOW_IN = 7.3, 1.2, 0.75  # of the section alone
 FIELD_COLOURS = "viridis"
+FOOT: dict[str, Any] = dict(ec="#4d4d4d", lw=1.2)
 PALE = "#f1b5b2"  # the cell's shadow
 KINDS = {"plane": "plane strain", "axisymmetric": "axisymmetric", "3d": "3-D"}
 
@@ -47,10 +51,11 @@ def draw_case(case: Result, quantity: str | None = None) -> Figure:
     paint = paint_of(body, quantity)
     section = body.section()
     if body.in_space:
-        figure = Figure(figsize=(12.4, 8.3))
-        draw_stage(figure.add_axes((0.01, 0.085, 0.585, 0.79)), Stage(body, case.scene, paint))
-        _draw_section(figure.add_axes((0.62, 0.475, 0.37, 0.4)), section, body, case.scene, paint)
-        _draw_from_above(figure.add_axes((0.62, 0.085, 0.37, 0.36)), body, case.scene)
+        figure = Figure(figsize=(11.6, 10.4))
+        draw_stage(figure.add_axes((0.01, 0.07, 0.66, 0.83)), Stage(body, case.scene, paint))
+        _draw_section(figure.add_axes((0.69, 0.66, 0.3, 0.24)), section, body, case.scene, paint)
+        _draw_horizontal(figure.add_axes((0.69, 0.365, 0.3, 0.24)), body, case.scene, paint)
+        _draw_from_above(figure.add_axes((0.69, 0.07, 0.3, 0.24)), body, case.scene)
     else:
         view = _section_view(section, case.scene)
         tall = WIDE_IN * (view[3] - view[2]) / (view[1] - view[0])
@@ -60,7 +65,7 @@ def draw_case(case: Result, quantity: str | None = None) -> Figure:
         axes = figure.add_axes((box[0], box[1] / height, box[2], box[3] / height))
         _draw_section(axes, section, body, case.scene, paint)
     write_caption(figure, case, t_s)
-    write_legend(figure, paint, quantity)
+    write_legend(figure, paint, quantity, feet=body.in_space)
     return figure
 
 
@@ -95,7 +100,27 @@ def _draw_section(axes: Axes, section: Patch, body: Body, scene: Scene, paint: P
     circle = _circle()
     for radius in (scene.radius_um, scene.nucleus_radius_um):
         axes.plot(*(body.centre[:2] + radius * circle).T, **UNDEFORMED)
-    _name(axes, "section; pillars beside it are pale" if body.in_space else "")
+    if paint.norm is not None:
+        draw_rim(axes, section)
+    if body.in_space:
+        _name(axes, f"section {_place(body, 'z')}" + ("; pillars beside it are pale" if behind(scene) else ""))
+
+
+def draw_rim(axes: Axes, section: Patch, plane: tuple[int, int] = (0, 1), sign: float = 1.0) -> None:
+    """The outline of the nucleus in a section, where layers have no colours of their own.
+
+    Args:
+        axes: to draw on.
+        section: of the cell.
+        plane: indices of the axes that run to the right and up.
+        sign: -1 where the second runs down.
+    """
+    axes.add_collection(LineCollection(list(section.rim()[..., plane] * [1.0, sign]), color="black", lw=1.0))
+
+
+def _place(body: Body, axis: str) -> str:
+    level = round(body.level(axis), 2) + 0.0  # no -0
+    return f"{axis} = {level:g} µm".replace("-", "−")
 
 
 def _section_view(section: Patch, scene: Scene) -> View:
@@ -105,16 +130,37 @@ def _section_view(section: Patch, scene: Scene) -> View:
 
 def _draw_from_above(axes: Axes, body: Body, scene: Scene) -> None:
     """The shadows of cell and nucleus, z downwards, and the pillars' feet."""
+    shadows = _shadows(body, scene)
+    view = _view(shadows[0][0].reshape(-1, 2), scene.radius_um, below=0.1)
+    _show(axes, shadows, view)
+    _draw_feet(axes, scene, view)
+    _name(axes, "from above: shadows of cell and nucleus")
+
+
+def _draw_horizontal(axes: Axes, body: Body, scene: Scene, paint: Paint) -> None:
+    """The section through the middle of the nucleus, z downwards, and the pillars' feet."""
+    section = body.section("y")
+    view = _view(_shadows(body, scene)[0][0].reshape(-1, 2), scene.radius_um, below=0.1)
+    _show(axes, [(section.now[..., [0, 2]] * [1.0, -1.0], paint(section))], view)
+    _draw_feet(axes, scene, view)
+    if paint.norm is not None:
+        draw_rim(axes, section, (0, 2), -1.0)
+    _name(axes, f"section {_place(body, 'y')}, from above")
+
+
+def _shadows(body: Body, scene: Scene) -> list[tuple[np.ndarray, Colour]]:
+    """Of cell and nucleus, seen from above with z downwards."""
     spheres = ((scene.radius_um, "membrane", PALE), (scene.nucleus_radius_um, "lamina", LAYER_COLOURS["lamina"]))
     shadows: list[tuple[np.ndarray, Colour]] = []
     for radius, layer, colour in spheres:
         patch = body.surface(radius, layer).whole(body.mirrors)
         shadows.append((patch.now[..., [0, 2]] * [1.0, -1.0], colour))
-    view = _view(shadows[0][0].reshape(-1, 2), scene.radius_um, below=0.1)
-    _show(axes, shadows, view)
+    return shadows
+
+
+def _draw_feet(axes: Axes, scene: Scene, view: View) -> None:
     for foot in footprints(scene, view):
-        axes.fill(*(foot * [1.0, -1.0]).T, fc="none", ec="#4d4d4d", lw=1.2)
-    _name(axes, "from above: shadows of nucleus and cell, feet of pillars")
+        axes.fill(*(foot * [1.0, -1.0]).T, fc="none", **FOOT)
 
 
 def _circle() -> np.ndarray:
@@ -144,46 +190,56 @@ def write_caption(figure: Figure, case: Result, t_s: float) -> None:
     height, scene = figure.get_figheight(), case.scene
     laws = ", ".join(LAWS[law].label for law in scene.laws())
     state = f"t = {t_s:,.0f} s" if not case.failure else f"FAILED: last state, t = {t_s:,.0f} s"
-    lines = [
-        f"{KINDS[scene.cell.geometry]},  {laws},  load × {scene.load.factor:g},  {state}",
-        nucleus_words(case),
-    ]
+    letters = int(LETTERS_PER_IN * figure.get_figwidth())
+    lines = [f"{KINDS[scene.cell.geometry]},  {laws},  load × {scene.load.factor:g},  {state}"]
+    lines += textwrap.wrap(nucleus_words(case), letters)
     figure.text(0.02, 1 - 0.36 / height, scene.title or case.name, fontsize=15, weight="bold")
     for index, line in enumerate(lines):
         colour = FAULT_COLOUR if case.failure and not index else "black"
-        figure.text(0.02, 1 - (0.64 + 0.25 * index) / height, line, fontsize=SMALL + 1, color=colour)
+        figure.text(0.02, 1 - (0.62 + 0.22 * index) / height, line, fontsize=SMALL + 1, color=colour)
 
 
 def nucleus_words(case: Result) -> str:
     """Strain and shape of the nucleus in one line, of what result.json has."""
     rest = case.rest("J1")
     mean, largest = (case.get(f"nucleus.J1_{of}") - rest for of in ("mean", "max"))
-    words = [f"J₁ − {rest:g}:  mean {_signed(mean, '.3g')},  largest {_signed(largest, '.3g')}"]
+    words = [f"J₁ − {rest:g} mean {_signed(mean, '.3g')}, largest {_signed(largest, '.3g')}"]
     deep, aspect = (case.get(f"nucleus_shape.{key}") for key in ("indentation_um", "aspect"))
     if math.isfinite(deep):
         words.append(f"{abs(deep):.2f} µm {'below' if deep > 0 else 'above'} the pillar tops")
     if math.isfinite(aspect):
         words.append(f"height over width {aspect:.3f}")
-    return "nucleus:  " + ";  ".join(words)
+    return "nucleus: " + "; ".join(words)
 
 
 def _signed(value: float, form: str) -> str:
     return format(value, form).replace("-", "−") if math.isfinite(value) else "–"
 
 
-def write_legend(figure: Figure, paint: Paint, quantity: str | None, outlines: bool = True) -> None:
-    """The layers' colours or the field's scale, the substrate and, if drawn, the outlines before the load."""
+def write_legend(figure: Figure, paint: Paint, quantity: str | None, sections: bool = True, feet: bool = False) -> None:
+    """The layers' colours or the field's scale, and the substrate.
+
+    Args:
+        figure: to draw on.
+        paint: what the cell is drawn with.
+        quantity: the field, if it is one.
+        sections: whether the inside of the nucleus is seen, and outlines before the load.
+        feet: whether those of pillars are drawn.
+    """
     handles: list[Any] = []
     if paint.norm is None:
-        handles += [Swatch(fc=colour, ec="none", label=name) for name, colour in LAYER_COLOURS.items()]
+        layers = list(LAYER_COLOURS.items())[not sections :]  # the first is the nucleoplasm
+        handles += [Swatch(fc=colour, ec="none", label=name) for name, colour in layers]
     else:
         bar = figure.add_axes((0.02, 0.32 / figure.get_figheight(), 0.33, 0.12 / figure.get_figheight()))
         figure.colorbar(ScalarMappable(paint.norm, paint.colours), cax=bar, orientation="horizontal", extend="min")
         bar.tick_params(labelsize=SMALL - 1, pad=1)
-        bar.set_title(quantity or "", fontsize=SMALL, pad=2)
+        bar.set_title(field_label(quantity or ""), fontsize=SMALL, pad=2)
     handles.append(Swatch(fc=SUBSTRATE, ec="none", label="substrate"))
-    if outlines:
+    if feet:
+        handles.append(Swatch(fc="none", label="feet of pillars", **FOOT))
+    if sections:
         handles.append(Line2D([], [], label="undeformed outline", **UNDEFORMED))
     side, x = ("lower right", 0.99) if paint.norm else ("lower left", 0.01)
     look: dict[str, Any] = dict(frameon=False, fontsize=SMALL, columnspacing=1.2, handlelength=1.6)
-    figure.legend(handles=handles, ncol=6, loc=side, bbox_to_anchor=(x, 0.005), **look)
+    figure.legend(handles=handles, ncol=7, loc=side, bbox_to_anchor=(x, 0.005), **look)

@@ -16,7 +16,7 @@ from cellmech.figures.render import Colour, Shape, View, by_layer, picture, prob
 from cellmech.figures.results import StudyResult
 from cellmech.figures.sheet import UNDEFORMED, Sheet
 from cellmech.figures.style import FADED, FAULT_COLOUR, LAWS, SMALL, SUBSTRATE, TINY
-from cellmech.figures.substrate import magnified, polygons
+from cellmech.figures.substrate import behind, magnified, polygons, section_words
 from cellmech.results.result import Result
 from cellmech.scene.placement import placement
 
@@ -137,7 +137,8 @@ def _draw_panel(axes: Axes, pose: Pose, sheet: Sheet, factor: int) -> None:
     scene, true, view = pose.case.scene, factor == 1, sheet.view
     ground = polygons(scene, view) if true else [magnified(scene, pose.centre + pose.pivot, view, factor)]
     corners = pose.shape.moved(pose.pivot, factor)
-    parts: list[tuple[np.ndarray, Colour]] = [(of, SUBSTRATE if true else FADED) for of in ground]
+    parts: list[tuple[np.ndarray, Colour]] = [(of, FADED) for of in behind(scene) if true]
+    parts += [(of, SUBSTRATE if true else FADED) for of in ground]
     parts.append((corners, by_layer(pose.shape.layer)))
     image = picture(parts, view, round(PX_PER_IN * sheet.wide))
     axes.imshow(image, extent=view, interpolation="antialiased", aspect="equal")
@@ -163,7 +164,8 @@ def scale_bar(axes: Axes, view: View, factor: int) -> None:
     for index, (drawn, text) in enumerate(bars):
         x, y = view[0] + 0.035 * width, view[2] + (0.04 + 0.062 * (len(bars) - 1 - index)) * width
         axes.plot([x, x + drawn], [y, y], color="black", lw=3.2, solid_capstyle="butt")
-        axes.text(x + drawn + 0.02 * width, y, text, va="center", fontsize=SMALL)
+        box = dict(boxstyle="square,pad=0.1", fc="white", ec="none", alpha=0.7)
+        axes.text(x + drawn + 0.02 * width, y, text, va="center", fontsize=SMALL, bbox=box)
 
 
 def _round_length(most: float) -> float:
@@ -174,6 +176,7 @@ def _round_length(most: float) -> float:
 def _name(axes: Axes, captions: tuple[str, str], letter: str, pose: Pose | None) -> None:
     """The case, and the state that is shown."""
     name, settings = captions
+    settings = ",  ".join(filter(None, [settings, section_words(pose.case.scene) if pose else ""]))
     text, colour = "no result: see below", FAULT_COLOUR
     if pose is not None and pose.case.failure:
         text = f"FAILED: last state, t = {pose.t_s:,.0f} s"

@@ -13,15 +13,14 @@ import numpy as np
 from matplotlib.colors import Colormap, LogNorm, Normalize
 
 from cellmech.figures.body import INSIDE, Body, Patch
+from cellmech.figures.ground import PILLAR, Ground, from_axis
 from cellmech.figures.render import WINDOW, View, by_layer, look, shot, surface_of, window
 from cellmech.figures.style import FADED, LAYER_COLOURS, SUBSTRATE
 from cellmech.scene.scene import Scene
-from cellmech.scene.substrate import Upright, standing
 
 ELEVATION_DEG, AZIMUTH_DEG = 22.0, 45.0  # of the viewer above the horizon, and from x towards z, into the cut
 AROUND = 1.45  # radii from the cell's axis to the rim of what it stands on
 DEEPEST = 1.2  # radii below the cell's lowest point down to which substrate is drawn
-GRID = 90  # points along each edge of the box in which a pillar's surface is looked for
 LINE, LINE_PX = 0.004, 6.0  # of the nucleus's outline: radius, in radii of the rim, and width
 LIT: dict[str, Any] = dict(ambient=0.4, diffuse=0.65)
 DECADES = 3  # of a stress that are told apart below its largest value
@@ -69,25 +68,23 @@ class Stage:
         outside = body.surface(scene.radius_um, "membrane").whole(body.mirrors)
         nucleus = body.surface(scene.nucleus_radius_um, "lamina").whole(body.mirrors)
         bottom = float(outside.now[..., 1].min())
-        self.rim = max(AROUND * scene.radius_um, 1.1 * float(self._distance(outside.now).max()))
+        away = from_axis(outside.now, self.middle)
+        self.rim = max(AROUND * scene.radius_um, 1.1 * float(away.max()))
         self.cell = [self._opened(_surface(outside, paint))]
         self.cell += [self._face(_without_nucleus(body.section(axis)), axis, paint) for axis in "xz"]
         self.nucleus = _surface(nucleus, paint)
         self.ring = [self._line(nucleus, axis) for axis in "xz"]
-        self.ground = self._ground(scene, bottom - DEEPEST * scene.radius_um)
-        self.view = self._view(outside.now)
+        found = Ground(scene, self.middle, self.rim).surfaces(bottom - DEEPEST * scene.radius_um)
+        self.ground = [(surface, SUBSTRATE if name == PILLAR else FADED) for name, surface in found]
+        self.view = self._view(outside.now[..., 1], away)
 
-    def _view(self, outside: np.ndarray) -> View:
+    def _view(self, up: np.ndarray, away: np.ndarray) -> View:
         """What holds all of it from every azimuth [µm]: across, and up from where the axis meets y = 0."""
         tilt = np.radians(ELEVATION_DEG)
-        rise, swing = outside[..., 1] * np.cos(tilt), self._distance(outside) * np.sin(tilt)
+        rise, swing = up * np.cos(tilt), away * np.sin(tilt)
         floors = [surface.bounds[2] * np.cos(tilt) - self.rim * np.sin(tilt) for surface, _ in self.ground]
         low, high, margin = min([float((rise - swing).min()), *floors]), float((rise + swing).max()), 0.02 * self.rim
         return -self.rim - margin, self.rim + margin, low - margin, high + margin
-
-    def _distance(self, points: np.ndarray) -> np.ndarray:
-        """From the vertical axis through the middle of the nucleus [µm]."""
-        return np.hypot(points[..., 0] - self.middle[0], points[..., 2] - self.middle[2])
 
     def _opened(self, surface: Any) -> Any:
         """Without the quarter of x and z beyond the middle."""
@@ -105,38 +102,6 @@ class Stage:
         beside = self.middle + INSIDE * self.rim * np.eye(3)["xyz".index(axis)]
         line = surface_of(nucleus.now).slice(axis, origin=beside)
         return line.clip("-z" if axis == "x" else "-x", origin=self.middle).tube(radius=LINE * self.rim)
-
-    def _ground(self, scene: Scene, lowest: float) -> list[tuple[Any, str]]:
-        import pyvista
-
-        level = scene.flat.y_um if scene.flat is not None and scene.flat.y_um > lowest else None
-        floor = lowest if level is None else level
-        arches = [one.arch for one in standing(scene) if self._shown(one.arch, scene.radius_um)]
-        found = [(self._pillar(arch, floor), SUBSTRATE) for arch in arches]
-        if level is not None:
-            centre = (self.middle[0], level, self.middle[2])
-            found.append((pyvista.Disc(center=centre, inner=0.0, outer=self.rim, normal=(0, 1, 0), c_res=180), FADED))
-        return [(surface, colour) for surface, colour in found if surface.n_points]
-
-    def _shown(self, arch: Upright, radius_um: float) -> bool:
-        """Whether a pillar stands below the cell, or whole within the rim."""
-        w, z = arch.half_width_um, getattr(arch, "z_um", self.middle[2])
-        away = np.abs([arch.x_um - self.middle[0], z - self.middle[2]])
-        return bool(np.hypot(*np.maximum(away - w, 0.0)) < radius_um or np.hypot(*(away + w)) < self.rim)
-
-    def _pillar(self, arch: Upright, floor: float) -> Any:
-        """The surface of a pillar above a level, cut off at the rim."""
-        import pyvista
-
-        w, reach = 1.03 * arch.half_width_um, 1.03 * self.rim
-        z = getattr(arch, "z_um", None)
-        deep = (self.middle[2] - reach, self.middle[2] + reach) if z is None else (z - w, z + w)
-        low = np.array([arch.x_um - w, max(arch.y_um, floor), deep[0]])
-        high = np.array([arch.x_um + w, arch.y_um + 1.03 * arch.height_um, deep[1]])
-        grid = pyvista.ImageData(dimensions=(GRID,) * 3, spacing=(high - low) / (GRID - 1), origin=low)
-        points = np.asarray(grid.points)
-        inside = np.minimum(arch.level_set(points.T), 1.0 - self._distance(points) / self.rim)
-        return grid.contour([0.0], scalars=inside) if high[1] > low[1] else pyvista.PolyData()
 
     def image(self, width_px: int, azimuth_deg: float = AZIMUTH_DEG) -> np.ndarray:
         """What is seen from an azimuth, shape (height, width, 3), values 0 to 255."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -110,6 +111,20 @@ def less_rest(quantity: Quantity, cases: Iterable[Result]) -> str:
     found = {case.rest(quantity.key) for case in cases}
     value = f"{found.pop():g}" if len(found) == 1 else "rest"
     return f" − {value}" if quantity.rest else ""
+
+
+def meaning_of(quantity: Quantity, cases: Iterable[Result]) -> str:
+    """What a quantity means: what changes of a cell that is no cylinder is its volume."""
+    planes = {case.scene.cell.geometry == "plane" for case in cases}
+    return quantity.meaning.replace("surface", "volume") if planes == {False} else quantity.meaning
+
+
+def field_label(name: str) -> str:
+    """A scalar of the field files, for people, with its unit."""
+    for quantity in QUANTITIES:
+        if name == quantity.key + quantity.suffix:
+            return quantity.symbol + (f" [{quantity.unit}]" if quantity.unit else "")
+    return re.sub(r"_Pa$", " [Pa]", name).replace("_", " ")
 
 
 @contextmanager

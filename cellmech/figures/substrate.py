@@ -53,6 +53,11 @@ def polygons(scene: Scene, view: tuple[float, float, float, float]) -> list[np.n
     return found
 
 
+def section_words(scene: Scene) -> str:
+    """What figures show that draw the section of a cell in space; "" for one that is all section."""
+    return f"section z = {depth_um(scene):g} µm" if scene.cell.geometry == "3d" else ""
+
+
 def behind(scene: Scene) -> list[np.ndarray]:
     """Triangles that fill the middle sections of the pillars that the plane of the section misses [µm]."""
     missed = (one.arch for one in standing(scene) if not one.arch.outline(2, depth_um(scene)))

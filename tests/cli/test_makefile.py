@@ -13,7 +13,7 @@ ECHO = ("PLOTS=echo plots", "PAPER=echo paper", "STUDY=echo study")
 OF_AN_OUTER_MAKE = ("MAKEFLAGS", "MFLAGS", "MAKEOVERRIDES", "MAKELEVEL", "N", "ARGS", "RESULTS", "SETTINGS")
 TARGETS = [*(f"fig{n}" for n in range(1, 8)), *(f"table{n}" for n in range(1, 4))]
 TARGETS += ["paper", "paper-runs", "figures-smoke", "compare", "report", "audit", "calibrate"]
-TARGETS += ["movie", "speed", "speed-error", "docs"]
+TARGETS += ["movie", "lattice", "speed", "speed-error", "docs"]
 TARGETS += ["verify", "accuracy", "defaults", "second-code", "mutants", "needs", "locking", "hard-cases"]
 TARGETS += ["fuzz", "campaign", "container-check"]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import csv
 import math
 from pathlib import Path
@@ -150,12 +151,23 @@ def test_page_has_cases_failures_with_advice_pictures_and_the_comparison(study: 
     change(study / "yeoh", status="failed", reason="<turns>", cause="turns", model={"warnings": {"mesh": "coarse"}})
     (study / "figures").mkdir()
     Image.new("RGB", (40, 30)).save(study / "figures" / "my_cell.png")
+    frames = [Image.new("RGB", (40, 30), colour) for colour in ("red", "blue")]
+    frames[0].save(study / "figures" / "turntable.gif", save_all=True, append_images=frames[1:])
     page = report(read_all(study), compare(study, reference))
     assert "&lt;turns&gt;" in page and "<turns>" not in page
     assert "Raise contact.penalty_Pa_per_um." in page and "yeoh: coarse" in page
     assert 'alt="my cell. "' in page and "data:image/png;base64," in page
+    film = base64.b64encode((study / "figures" / "turntable.gif").read_bytes()).decode()
+    assert f"data:image/gif;base64,{film}" in page  # as it is, with all its pictures
     assert "1 of 2" in page and "Indented cells" in page and "by eye" not in page
     assert "http" not in page  # it needs nothing else
+
+
+def test_report_draws_the_cells_that_have_fields_if_asked(study: Path) -> None:
+    (study / "yeoh" / "fields.pvd").unlink()
+    assert report_main([str(study), "--draw"]) == 0
+    assert sorted(path.name for path in (study / "figures").glob("*.png")) == ["shape-neo-hookean.png"]
+    assert 'alt="shape neo hookean. "' in (study / "report.html").read_text()
 
 
 def test_table_of_cases_shows_what_sets_them_apart(study: Path) -> None:

@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
+import xml.etree.ElementTree as ET
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+import pyvista
+from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 from PIL import Image
 from plot_files import RADII, sag, write_ball, write_case, write_quarter
 
 from cellmech.errors import InputError
 from cellmech.figures import film
 from cellmech.figures.body import START, Body, Patch, read_body
-from cellmech.figures.field_picture import read_state
-from cellmech.figures.film import make_turntable
+from cellmech.figures.field_picture import draw_field, read_state
+from cellmech.figures.film import make_turntable, write_film
 from cellmech.figures.geometry_figure import draw_geometry
+from cellmech.figures.paraview_files import write_paraview
 from cellmech.figures.reference import rest_of
 from cellmech.figures.shape_figure import draw_case
 from cellmech.figures.shapes import read_pose
@@ -63,6 +69,12 @@ class TestBody:
         section = quarter(tmp_path).section(part=START)
         assert areas(section, "start", (0, 1)).sum() == pytest.approx(100 * np.pi, rel=5e-3)
         np.testing.assert_allclose(section.now, lean(section.start) + section.start, atol=1e-9)
+
+    def test_the_outline_of_the_nucleus_is_that_of_every_section(self, tmp_path: Path) -> None:
+        body = quarter(tmp_path)  # of ellipses 5 wide and 10 tall, and of a circle 5 wide
+        for axis, length in (("x", 24.221), ("z", 24.221), ("y", 5 * np.pi)):
+            rim = body.section(axis).rim()
+            assert np.linalg.norm(rim[:, 1] - rim[:, 0], axis=1).sum() == pytest.approx(length, rel=5e-3)
 
     def test_surfaces_enclose_what_is_inside_them(self, tmp_path: Path) -> None:
         body = quarter(tmp_path)
@@ -120,9 +132,55 @@ class TestOtherFigures:
 
     def test_the_first_geometry_of_a_ball_is_shown_from_the_side_and_from_above(self) -> None:
         scene = Scene.model_validate({"cell": {"geometry": "3d"}, **LATTICE})
-        side, above = draw_geometry(scene).axes
+        figure = draw_geometry(scene)
+        side, above = figure.axes
         assert (side.get_ylabel(), above.get_ylabel()) == ("y [µm]", "z [µm]")
         assert above.get_ylim()[0] > above.get_ylim()[1]  # z downwards
+        assert side.get_title(loc="left") == "section z = 0 µm"
+        legend = [text.get_text() for text in figure.legends[0].get_texts()]
+        assert legend[1].endswith("0.1 µm thick")
+        assert legend[-1] == "pillars beside the section"
+
+    def test_films_and_shapes_say_that_they_show_a_section_and_what_stands_beside_it(self, tmp_path: Path) -> None:
+        case = load(write_ball(tmp_path / "ball", np.zeros_like, **LATTICE))
+        figure = draw_field(case, "sigma_mises_Pa")
+        assert "section z = 0 µm" in figure.axes[0].get_title()
+        pale = [of for of in figure.axes[0].collections if to_rgba(FADED) in map(tuple, of.get_facecolor())]
+        assert len(pale) == len(behind(case.scene)) > 0
+        assert figure.axes[1].get_ylabel() == r"$\sigma_\mathrm{Mises}$ [Pa]"
+
+    def test_films_outline_the_nucleus(self, tmp_path: Path) -> None:
+        """Of a disc and of a ball's section; magnified as the cell is."""
+        write_case(tmp_path / "yeoh", "yeoh", 0, sag)
+        for folder, wide, tall in ((tmp_path / "yeoh", 10.1, 9.7), (write_ball(tmp_path / "ball", lean), 5.0, 10.0)):
+            case = load(folder)
+            for times in (1.0, 0.5):
+                state = read_state(case, *case.last_fields(), "sigma_mises_Pa", times)
+                spans = 10.0 + times * (np.array([wide, tall]) - 10.0)
+                np.testing.assert_allclose(np.ptp(state.rim.reshape(-1, 2), axis=0), spans, rtol=5e-3)
+
+    def test_what_stands_still_in_a_film_keeps_its_colour(self, tmp_path: Path) -> None:
+        """A swatch, while most of the picture changes."""
+
+        def frame(shade: float) -> Figure:
+            figure = Figure(figsize=(3.0, 3.0))
+            ramp = np.linspace(0.0, 1.0, 300)
+            figure.add_axes((0, 0.1, 1, 0.8)).imshow(
+                np.dstack([np.outer(ramp, ramp), ramp[:, None] + 0 * ramp, np.full((300, 300), shade)])
+            )
+            figure.patches.append(
+                Rectangle((0.0, 0.0), 0.1, 0.1, fc=LAYER_COLOURS["lamina"], transform=figure.transFigure)
+            )
+            return figure
+
+        write_film([frame(shade) for shade in (0.0, 0.5, 1.0)], tmp_path / "film.gif", 100, 100)
+        swatch = to_rgba(LAYER_COLOURS["lamina"])[:3]
+        with Image.open(tmp_path / "film.gif") as film:
+            for index in range(3):
+                film.seek(index)
+                shown = np.asarray(film.convert("RGB"), dtype=int)
+                np.testing.assert_allclose(shown[-5, 5] / 255, swatch, atol=0.03)
+                assert shown[-5, -5].tolist() == [255, 255, 255]
 
 
 class TestScale:
@@ -159,6 +217,44 @@ class TestStage:
             np.testing.assert_allclose([*sizes, y0, y1], [2.5, 7.5, 2.5, 7.5, -10.0, -5.0], atol=0.05)
 
 
+class TestFilesForParaView:
+    def blocks(self, case: Path, out: Path) -> dict[str, Any]:
+        assert write_paraview(load(case), out, "cell") == 1
+        (listed,) = [Path(entry.attrib["file"]) for entry in ET.parse(out / "cell.pvd").iter("DataSet")]
+        found = pyvista.read(out / listed)
+        return {str(name): found[name] for name in found.keys()}
+
+    def test_the_whole_ball_is_there_by_layer_where_it_is_now_and_its_pillars(self, tmp_path: Path) -> None:
+        blocks = self.blocks(write_ball(tmp_path / "ball", lean, **LATTICE), tmp_path)
+        assert list(blocks) == [*LAYER_COLOURS, "pillars", "flat"]
+        quarter = pyvista.read(tmp_path / "ball" / "fields_0000.vtu").compute_cell_sizes()
+        for code, name in enumerate(LAYER_COLOURS):
+            volumes = blocks[name].compute_cell_sizes()["Volume"]
+            expected = np.pi / 3 * (RADII[code + 1] ** 3 - RADII[code] ** 3)  # a quarter of the ball's: half as wide
+            assert np.abs(volumes).sum() == pytest.approx(expected, rel=0.05)
+            one = quarter["Volume"][quarter["layer"] == code]
+            assert np.sum(volumes > 0) == 4 * np.sum(one > 0) > 0  # images keep the sense of what they show
+        np.testing.assert_allclose(blocks["membrane"].bounds, [-5, 5, -2.5, 17.5, -5, 5], atol=1e-6)
+        np.testing.assert_allclose(blocks["pillars"].bounds[2:4], [-10.0, -5.0], atol=0.1)
+        across = np.unique(np.round(np.abs(blocks["pillars"].points[:, [0, 2]]) / 10 - 0.5))
+        np.testing.assert_array_equal(across, [0.0, 1.0])  # in columns at 5 and 15
+
+    def test_vectors_are_mirrored_and_numbers_are_not(self, tmp_path: Path) -> None:
+        membrane = self.blocks(write_ball(tmp_path / "ball", lean), tmp_path)["membrane"]
+        moved = membrane["displacement_um"]
+        np.testing.assert_allclose(moved, lean(membrane.points - moved), atol=1e-6)
+        np.testing.assert_allclose(
+            np.log10(membrane["sigma_mises_Pa"]), (membrane.points - moved)[:, 1] / 10, atol=1e-6
+        )
+
+    def test_a_plane_cell_has_both_halves_and_the_section_of_its_substrate(self, tmp_path: Path) -> None:
+        write_case(tmp_path / "yeoh", "yeoh", 0, sag)
+        blocks = self.blocks(tmp_path / "yeoh", tmp_path)
+        assert list(blocks) == [*LAYER_COLOURS, "substrate"]
+        np.testing.assert_allclose(blocks["membrane"].bounds[:4], [-10.1, 10.1, -0.5, 18.9], atol=0.02)
+        np.testing.assert_allclose(blocks["substrate"].bounds, [-30, 30, -12.5, -0.5, 0, 0], atol=1e-6)
+
+
 class TestSubstrate:
     def test_a_section_between_pillars_has_them_behind_it(self) -> None:
         scene = Scene.model_validate({"cell": {"geometry": "3d"}, **LATTICE})
@@ -173,11 +269,17 @@ class TestSubstrate:
 
 
 class TestFigure:
-    def test_a_ball_has_three_panels_and_says_what_became_of_the_nucleus(self, tmp_path: Path) -> None:
+    def test_a_ball_has_four_panels_and_says_what_became_of_the_nucleus(self, tmp_path: Path) -> None:
         figure = draw_case(load(write_ball(tmp_path / "ball", np.zeros_like)))
-        assert len(figure.axes) == 3
+        names = [axes.get_title(loc="left") for axes in figure.axes]
+        assert names == [
+            "",
+            "section z = 0 µm",
+            "section y = 9.5 µm, from above",
+            "from above: shadows of cell and nucleus",
+        ]
         found = texts(figure)
-        strains, shape = "J₁ − 3:  mean 0.25,  largest 0.5", "4.50 µm above the pillar tops;  height over width 0.960"
+        strains, shape = "J₁ − 3 mean 0.25, largest 0.5", "4.50 µm above the pillar tops; height over width 0.960"
         for part in ("3-D", "t = 18,000 s", strains, shape):
             assert part in found
         for axes in figure.axes:  # true to scale, with a bar of 5 µm
