@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
+import math
+
 from cellmech.cell.footing import follow, modulus_of
 from cellmech.cell.layering import MeshPlan
 from cellmech.mechanics.contact import Contact
 from cellmech.mechanics.kinematics import GEOMETRIES
-from cellmech.mesh.ball import BallSpec
+from cellmech.mechanics.obstacles import Flat, Obstacle
+from cellmech.mesh.ball import BALL, SYMMETRIC, BallSpec
 from cellmech.mesh.disc import DiscSpec
 from cellmech.mesh.sizes import Zone
 from cellmech.scene.placement import Touch
 from cellmech.scene.scene import Scene
+from cellmech.scene.substrate import facing
 
 ZONE_OVER_HERTZ = 1.32  # on Table 1 the contact edge lies at 0.9 of Hertz's half-width, the membrane's peaks beyond it
+AXES = "xyz"
+ON_PLANE = 1e-9  # of the radius: a touch so near to a plane of symmetry is its own image
+STEEP = 0.2  # vertical part of a normal below which a touch bears no more
+STEP = 1e-5  # of the radius, over which an obstacle's curvature is measured
 
 
 def mesh_spec(
@@ -28,7 +36,6 @@ def mesh_spec(
         weight: of the whole cell [Pa µm or pN].
         contact: how obstacles push.
     """
-    zone = contact_zone_um(scene, weight)
     if scene.cell.geometry == "3d":
         return BallSpec(
             shape=scene.cell.shape,
@@ -38,7 +45,7 @@ def mesh_spec(
             size_um=scene.mesh.size_um,
             order=min(scene.mesh.order, 2),
             thin_layers=scene.mesh.thin_layers,
-            zones=tuple(Zone(t.at, scene.mesh.contact_size_um, zone) for t in touch),
+            zones=_zones(scene, touch, weight),
         )
     disc = DiscSpec(
         shape=scene.cell.shape,
@@ -50,14 +57,52 @@ def mesh_spec(
         order=min(scene.mesh.order, 2),
         thin_layers=scene.mesh.thin_layers,
         touch=tuple((t.at[0], t.at[1]) for t in touch),
-        contact_zone_um=zone,
+        contact_zone_um=contact_zone_um(scene, weight, scene.radius_um),
         grading=plan.grading,
     )
     return follow(disc, scene, weight, contact.pressure_at) if scene.mesh.grading == "fitted" else disc
 
 
-def contact_zone_um(scene: Scene, weight: float) -> float:
-    """Radius of the finely meshed zone [µm]: somewhat more than Hertz's half-width on the cytosol's solid."""
+def contact_zone_um(scene: Scene, force: float, radius_um: float) -> float:
+    """Radius of the finely meshed zone [µm]: somewhat more than Hertz's half-width on the cytosol's solid.
+
+    Args:
+        scene: whose cytosol is pressed.
+        force: on the contact [Pa µm or pN].
+        radius_um: of a cell that touches a plane as this one touches the obstacle.
+    """
     radius = scene.radius_um
-    half_width = GEOMETRIES[scene.cell.geometry].hertz_um(abs(weight), radius, modulus_of(scene))
+    half_width = GEOMETRIES[scene.cell.geometry].hertz_um(abs(force), radius_um, modulus_of(scene))
     return radius * min(max(ZONE_OVER_HERTZ * half_width / radius, 0.1), 1.0)
+
+
+def _zones(scene: Scene, touch: tuple[Touch, ...], weight: float) -> tuple[Zone, ...]:
+    """A zone for each contact of a ball, which share its weight; narrow ones get smaller elements."""
+    radius, planes, zones = scene.radius_um, SYMMETRIC[scene.cell.shape], []
+    images = [2 ** sum(abs(t.at[AXES.index(axis)]) > ON_PLANE * radius for axis in planes) for t in touch]
+    for t in touch:
+        arches = [stand.arch for stand in facing(scene)] if t.obstacle != "flat" else []
+        arch = min(arches, key=lambda arch: abs(float(arch.level_set(t.at))), default=Flat(t.at[1]))
+        effective = 1 / (1 / radius + max(mean_curvature(arch, t.at, STEP * radius), 0.0))
+        zone = contact_zone_um(scene, weight / (sum(images) * max(t.normal[1], STEEP)), effective)
+        size = BALL.contact * scene.mesh.size_um * min(1.0, zone / (BALL.zone * radius))
+        zones.append(Zone(t.at, scene.mesh.contact_size_um or size, zone))
+    return tuple(zones)
+
+
+def mean_curvature(obstacle: Obstacle, at: tuple[float, ...], step: float) -> float:
+    """Half the divergence of an obstacle's normal at a place on it [1/µm]: its mean curvature, positive if it bulges.
+
+    Args:
+        obstacle: in space.
+        at: the place [µm].
+        step: over which differences are taken [µm].
+    """
+    divergence = 0.0
+    for k in range(len(at)):
+        ends = []
+        for side in (step, -step):
+            gradient = [float(part) for part in obstacle.gradient(tuple(x + side * (j == k) for j, x in enumerate(at)))]
+            ends.append(-gradient[k] / math.hypot(*gradient))
+        divergence += (ends[0] - ends[1]) / (2 * step)
+    return divergence / 2

@@ -9,12 +9,15 @@ from problems import affine, block, displacement_space, value_at
 
 from cellmech.cell.footing import BEARS, feet, modulus_of
 from cellmech.cell.layering import mesh_plan
+from cellmech.cell.meshing import mean_curvature
 from cellmech.cell.observables import Observer, Ring
 from cellmech.cell.setup import Setup, obstacles_of
 from cellmech.errors import InputError
 from cellmech.fem.jit import compile_form
 from cellmech.mechanics.balance import Body
 from cellmech.mechanics.kinematics import AXISYMMETRIC, GEOMETRIES, PLANE_STRAIN, THREE_D, deformation_gradient
+from cellmech.mechanics.obstacles import Flat, Pillar
+from cellmech.mechanics.pillars import RoundPillar
 from cellmech.scene.files import read_scene
 
 
@@ -113,3 +116,29 @@ def test_footprint_of_a_ball_on_its_axis_is_hertzs():
     (foot,) = feet(scene, load, lambda d: 1e9 * max(d, 0.0))
     least, most = (AXISYMMETRIC.hertz_um(share * load, 10.0, modulus_of(scene)) for share in BEARS)
     assert foot.edges == (pytest.approx(least, rel=0.02), pytest.approx(most, rel=0.02))
+
+
+@pytest.mark.parametrize(
+    ("obstacle", "at", "expected"),
+    [
+        (Flat(-1.0), (3.0, -1.0, 2.0), 0.0),
+        (RoundPillar(1.0, 0.0, -1.0, 4.0, 4.0, 2.0), (1.0, 4.0, -1.0), 0.25),
+        (Pillar(1.0, 0.0, 4.0, 4.0, 2.0), (1.0, 4.0, 7.0), 0.125),
+    ],
+    ids=["plane", "sphere", "cylinder"],
+)
+def test_mean_curvature_of_plain_shapes(obstacle, at, expected):
+    assert mean_curvature(obstacle, at, 1e-3) == pytest.approx(expected, abs=1e-6)
+
+
+def test_contacts_of_a_lattice_share_the_weight_and_get_smaller_elements():
+    """Four corners of square pillars bear a quarter each; a solved half-width is 1.12 µm, and 3.3 µm on a round one."""
+    lattice = {"pitch_um": 10.0, "width_um": 5.0, "profile": "square", "offset_um": [5.0, 5.0]}
+    zones = []
+    for tables in ({"array": lattice}, {}):
+        scene = read_scene({"cell": {"geometry": "3d"}, **tables}, "test")
+        (zone,) = Setup(scene, MPI.COMM_SELF, mesh_plan(scene)).spec.zones
+        zones.append(zone)
+    narrow, wide = zones
+    assert 1.12 < narrow.radius_um < 1.6 and 3.3 < wide.radius_um < 5.0
+    assert 2.0 < 1.12 / narrow.size_um < 5.0 and wide.size_um == pytest.approx(0.2 * 3.6)
