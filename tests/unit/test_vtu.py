@@ -5,11 +5,12 @@ import pytest
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
-from cellmech.results.field_files import _write_vtu
+from cellmech.results.field_files import packed, write_vtu
 
 
+@pytest.mark.parametrize("ends", [(40,), (13, 13, 40)], ids=["one piece", "three, one of them empty"])
 @pytest.mark.parametrize(("n_nodes", "kind"), [(3, 5), (6, 22)])
-def test_written_field_file_is_read_back_to_the_last_bit(n_nodes, kind, tmp_path):
+def test_written_field_file_is_read_back_to_the_last_bit(n_nodes, kind, ends, tmp_path):
     random = np.random.default_rng(1)
     data = {
         "position": random.normal(size=(40, n_nodes, 2)),
@@ -17,7 +18,10 @@ def test_written_field_file_is_read_back_to_the_last_bit(n_nodes, kind, tmp_path
         "J1": random.normal(size=(40, n_nodes)),
         "layer": np.arange(40, dtype=np.int32) % 4,
     }
-    _write_vtu(tmp_path / "fields.vtu", data, ("beyond_ellipticity",))
+    parts = [slice(start, end) for start, end in zip((0, *ends), ends, strict=False)]
+    ready = [packed({name: values[part] for name, values in data.items()}) for part in parts]
+    blocks = [block for _, own in ready for block in own]
+    write_vtu(tmp_path / "fields.vtu", [piece for piece, _ in ready], blocks, ("beyond_ellipticity",))
     reader = vtkXMLUnstructuredGridReader()
     reader.SetFileName(str(tmp_path / "fields.vtu"))
     reader.Update()
