@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import ufl
+from mpi4py import MPI
 
 from cellmech.fem.jit import compile_form
 from cellmech.fem.outline import Outline, along, deepest, depth, slope
@@ -70,15 +71,21 @@ def stretches(run: Simulation, axis: float | None) -> list[Stretch]:
 
 
 def _patches(run: Simulation, surface: Surface, contact: Contact) -> list[Stretch]:
-    """The contact with each obstacle that is touched, in space; edges are of a right-angled facet of their size."""
+    """The contact with each obstacle that is touched, in space; edges are of a right-angled facet of their size.
+
+    One that reaches a plane of symmetry goes on behind it.
+    """
     found, u = [], run.state.u
+    planes = ["xyz".index(name[-1]) for name in run.body.domain.facets if name.startswith("symmetry")]
     nodes = surface.nodes(u)
     corners = nodes[:, :3]
     facets = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=-1) / 2
     for obstacle in run.body.obstacles:
         on = np.any(depth(obstacle, nodes) > contact.threshold_um, axis=1)
         area, count = run.comm.allreduce(np.array([facets[on].sum(), np.count_nonzero(on)]))
-        radius = surface.contact_area(u, [obstacle], contact.threshold_um).radius_um
+        nearest = np.abs(surface.reference[on][..., planes]).min(axis=(0, 1), initial=np.inf)
+        cut = np.count_nonzero(run.comm.allreduce(nearest, op=MPI.MIN) < NEAR_AXIS)
+        radius = surface.contact_area(u, [obstacle], contact.threshold_um).radius_um * np.sqrt(2.0**cut)
         deep = surface.max_depth(u, [obstacle]) - contact.threshold_um
         if count and deep > 0.0:
             share = contact.pressure_at(deep + contact.threshold_um) * radius**2

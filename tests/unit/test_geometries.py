@@ -19,6 +19,7 @@ from cellmech.mechanics.kinematics import AXISYMMETRIC, GEOMETRIES, PLANE_STRAIN
 from cellmech.mechanics.obstacles import Flat, Pillar
 from cellmech.mechanics.pillars import RoundPillar
 from cellmech.scene.files import read_scene
+from cellmech.solver.resolution import stretches
 
 
 def scene_of(**tables):
@@ -142,3 +143,17 @@ def test_contacts_of_a_lattice_share_the_weight_and_get_smaller_elements():
     narrow, wide = zones
     assert 1.12 < narrow.radius_um < 1.6 and 3.3 < wide.radius_um < 5.0
     assert 2.0 < 1.12 / narrow.size_um < 5.0 and wide.size_um == pytest.approx(0.2 * 3.6)
+
+
+def test_contact_that_a_plane_of_symmetry_cuts_goes_on_behind_it():
+    """Seen alike on a quarter, a half and a whole ball, so that a warning is: a quarter saw half of the radius."""
+    found = []
+    for shape in ("quarter", "half", "full"):
+        scene = read_scene({"cell": {"geometry": "3d", "shape": shape}, "mesh": {"size_um": 8.0, "order": 2}}, "test")
+        run = Setup(scene, MPI.COMM_SELF, mesh_plan(scene)).create_run(lambda line: None)
+        run.u[1::3] = -0.3
+        found += stretches(run, None)
+        run.close()
+    assert len(found) == 3
+    for one in found[:2]:
+        assert (one.half_width_um, one.edges) == pytest.approx((found[2].half_width_um, found[2].edges), rel=1e-9)
