@@ -24,9 +24,9 @@ SURE = ("_mean", "sigma_mises_max", "contact.", "energy.", "volume", "nucleus_sh
 TABLES = (*REGIONS, "contact", "energy", "nucleus_shape", "shape_index")
 SOLVERS = {
     "axisymmetric": (Turned, Level(far=1.0, near=0.1, lamina=0.1, order=3), Level(0.5, 0.1, 0.1, order=4)),
-    "3d": (InSpace, Rings(8, 16, 3, (3, 1, 3, 1), order=2), Rings(8, 16, 3, (3, 1, 3, 1), order=3)),
+    "3d": (InSpace, Rings(8, 16, 4, (2, 1, 3, 1), order=3), Rings(8, 16, 4, (2, 1, 3, 1), order=4)),
 }
-SIZES = {"axisymmetric": (2.4, 1.2), "3d": (4.8, 3.6)}  # mesh.size_um of the package's two meshes
+SIZES = {"axisymmetric": (2.4, 1.2), "3d": (3.6, 2.4)}  # mesh.size_um of the package's two meshes
 
 
 def flat(table: dict[str, Any], name: str = "") -> dict[str, float]:
