@@ -15,8 +15,9 @@ from pathlib import Path
 from typing import Any
 
 import command
-from ngsolve_ball import REGIONS, InSpace, Rings, Turned
+from ngsolve_ball import REGIONS, InSpace, Turned
 from ngsolve_cell import Level
+from ngsolve_quarter import Rings
 
 REST = {"J1": 3.0, "J2": 3.0, "J3": 1.0, "det_F": 1.0}
 MEAN, EXTREME, NEAR_REST = 0.5, 2.0, (1e-4, 1e-6)  # percent, percent, distance from rest and what is allowed there
