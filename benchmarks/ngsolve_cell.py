@@ -64,7 +64,7 @@ class Level:
 
 
 def half_disc(radii: dict[str, float], centre_y: float, level: Level) -> Mesh:
-    """The right half of the layered disc, sides "axis" and "outer", materials named like the layers."""
+    """The right half of the layered disc: sides "axis", "outer", "lamina outline" ..., materials like the layers."""
     geometry = SplineGeometry()
     previous: list[int] = []
     origin = geometry.AddPoint(0.0, centre_y)
@@ -77,7 +77,7 @@ def half_disc(radii: dict[str, float], centre_y: float, level: Level) -> Mesh:
             half, middle = (angles[i + 1] - angles[i]) / 2, (angles[i + 1] + angles[i]) / 2
             corner = geometry.AddPoint(r / cos(half) * cos(middle), centre_y + r / cos(half) * sin(middle))
             here = level.near if i == 0 and name in ("cytosol", "membrane") else size
-            side = {"leftdomain": k, "rightdomain": outside, "bc": "interface" if outside else "outer"}
+            side = {"leftdomain": k, "rightdomain": outside, "bc": f"{name} outline" if outside else "outer"}
             geometry.Append(["spline3", ends[i], corner, ends[i + 1]], maxh=min(here, size), **side)
         inner = previous or [origin, origin]
         for a, b in ((inner[0], ends[0]), (ends[-1], inner[1])):
@@ -111,10 +111,9 @@ class Elastic:
         self.scene, self.level = scene, level
         layers, radius = scene["layer"], scene["layer"]["membrane"]["outer_radius_um"]
         self.pillar = scene["pillar"][0]
-        top = self.pillar["y_um"] + self.pillar["height_um"]
-        radii = {name: layers[name]["outer_radius_um"] for name in INSIDE_OUT}
-        self.mesh = half_disc(radii, top + radius, level)
-        self.space = VectorH1(self.mesh, order=level.order, dirichletx="axis")
+        self.top = self.pillar["y_um"] + self.pillar["height_um"]
+        self.radii = {name: layers[name]["outer_radius_um"] for name in INSIDE_OUT}
+        self.mesh, self.space = self.discretised(self.top + radius)
         self.u = GridFunction(self.space)
         poisson = scene["cell"]["poisson"]
         young = self.mesh.MaterialCF({name: layers[name]["young_Pa"] for name in INSIDE_OUT})
@@ -123,6 +122,11 @@ class Elastic:
         self.weight_density = scene["load"]["factor"] * scene["cell"]["density_kg_m3"] * scene["load"]["gravity_m_s2"]
         self.weight_density *= 1e-6  # N/m³ = Pa/m to Pa/µm
         self.load = Parameter(1.0)
+
+    def discretised(self, centre_y: float) -> tuple[Mesh, VectorH1]:
+        """The mesh, and the displacements on it, with no motion across the axis."""
+        mesh = half_disc(self.radii, centre_y, self.level)
+        return mesh, VectorH1(mesh, order=self.level.order, dirichletx="axis")
 
     def stress(self, grad: Any) -> tuple[Any, Any, Any]:
         """F, the in-plane S and S_zz of c_s times the solid [Pa] at a displacement gradient."""
@@ -163,8 +167,12 @@ class Elastic:
         From deep inside the contact opens by itself in a few steps; from first touch, where it has no stiffness, it
         takes several times as many.
         """
-        self.u.Set(CoefficientFunction((0.0, -start_depth)))
+        self.u.Set(CoefficientFunction(tuple(-start_depth if k == 1 else 0.0 for k in range(self.mesh.dim))))
         return self.newton(self.residual(), tolerance)
+
+    def weight(self) -> float:
+        """Of the modelled part [Pa µm], or of the whole ball [pN]: what residuals are measured by."""
+        return self.weight_density * float(Integrate(CoefficientFunction(1.0) * dx, self.mesh))
 
     def newton(self, form: BilinearForm, tolerance: float) -> list[float]:
         """Damped Newton from where u is until the residual is this share of the weight; the norms on the way."""
@@ -176,8 +184,7 @@ class Elastic:
             return float(np.linalg.norm(r.FV().NumPy()[np.array(free)]))
 
         norms = [norm(self.u.vec)]
-        scale = self.weight_density * float(Integrate(CoefficientFunction(1.0) * dx, self.mesh))
-        while norms[-1] > tolerance * scale:
+        while norms[-1] > tolerance * self.weight():
             if len(norms) > MOST_STEPS:
                 raise RuntimeError(f"no equilibrium in {MOST_STEPS} Newton steps, residuals {norms}")
             form.AssembleLinearization(self.u.vec)
