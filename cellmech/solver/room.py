@@ -10,7 +10,7 @@ from mpi4py import MPI
 GIB = 2.0**30
 # Bytes per unknown at 100,000 unknowns, all else of a run included, and the power of the unknowns by which they grow.
 MUMPS = {2: (1.8e4, 0.3), 3: (2.2e4, 0.3)}
-MULTIGRID = {2: (4.7e3, 0.1), 3: (7.0e3, 0.1)}
+MULTIGRID = {2: (4.7e3, 0.1), 3: (1.05e4, 0.1)}
 MEASURED_AT = 1e5
 BASE = 0.2 * GIB  # the libraries
 

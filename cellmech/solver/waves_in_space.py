@@ -7,9 +7,9 @@ stresses s_i, cof E = diag(c_i) and a wave along n, |n| = 1, the acoustic tensor
     L_ij = sum_ab W_ab g_ai g_bj + W_q + W_d/2 (t - e_i - e_j),   g_t = 1, g_q = 2 e, g_d = c,
     D_ik = W_q + W_d/2 (e_i + e_k - t).
 
-Where l_i l_j L_ij is positive semi-definite no wave sees less than the least s_k + l_i^2 D_ik, and for i != k that is
-what one sees, along k with points that move along i: for most laws and strains nothing has to be searched. Elsewhere an
-octant of directions is, as signs of n do not matter.
+Of s_k + l_i^2 D_ik for i != k each is what a wave along k with points that move along i sees. For most laws and strains
+no other wave sees less, which a condition on matrices tells, and nothing has to be searched. Elsewhere an octant of
+directions is, as signs of n do not matter.
 
 Source: Ogden (1984), Non-Linear Elastic Deformations, 6.2.7 and 6.3; the form in E is ours.
 """
@@ -27,6 +27,7 @@ GRID = 6  # steps of each angle over the octant's quarter turn
 AT_ONCE = 5000  # points of one search
 FOLLOWED, ZOOMS = 400, 14  # points whose least direction is followed down, each time at half the distance
 ROUND_OFF = 1e-12  # of an eigenvalue over mu
+ROUNDING = 1e-13  # of the coupled part, which may be much larger
 
 
 @dataclass(frozen=True)
@@ -75,16 +76,14 @@ class SpaceWaves:
         slowest = np.argmin(across, axis=0)
         least = across[slowest, np.arange(across.shape[1])]
         direction = np.eye(AXES)[:, slowest % AXES]
-        bound = self.straight.min(axis=(0, 1), initial=np.inf) - self._takes_off()
-        order = np.argsort(bound, kind="stable")
         lowest, found = min(least.min(initial=np.inf), known), []
-        for start in range(0, len(order), AT_ONCE):
-            some = order[start : start + AT_ONCE]
-            some = some[bound[some] < lowest - ROUND_OFF]
-            if not len(some):
-                break
+        left = np.flatnonzero(self._may_be_below(lowest - ROUND_OFF))
+        while len(left):
+            some, left = left[:AT_ONCE], left[AT_ONCE:]
             value, place = self[some]._on_a_grid()
-            lowest = min(lowest, float(value.min()))
+            if value.min() < lowest:
+                lowest = float(value.min())
+                left = left[self[left]._may_be_below(lowest - ROUND_OFF)]
             first = np.argsort(value)[:FOLLOWED]
             found.append((value[first], some[first], place[:, first]))
         if found:
@@ -96,17 +95,28 @@ class SpaceWaves:
             least[rows[better]], direction[:, rows[better]] = value[better], lower[:, better]
         return least, direction
 
-    def _takes_off(self) -> np.ndarray:
-        """The most that the coupled part can take off an eigenvalue [-], 0 where it is positive semi-definite."""
-        size = np.abs(self.coupled).max(axis=(0, 1), initial=0.0) + np.finfo(float).tiny
-        M = self.coupled / size
-        minors = [M[i, i] for i in range(AXES)]
-        minors += [M[i, i] * M[j, j] - M[i, j] ** 2 for i, j in PAIRS]
-        minors.append(np.linalg.det(np.moveaxis(M, -1, 0)))
-        found = np.zeros(M.shape[-1])
-        some = np.flatnonzero(np.min(minors, axis=0) < -ROUND_OFF)
-        found[some] = -size[some] * np.minimum(np.linalg.eigvalsh(np.moveaxis(M[..., some], -1, 0))[:, 0], 0.0)
-        return found
+    def _may_be_below(self, level: float) -> np.ndarray:
+        """False where no eigenvalue is below a level, which no straight one of i != k is; shape (n,).
+
+        With w_i = n_i v_i, what a wave along n whose points move along v sees is over the level by
+        w.M w + sum_ik T_ik v_i^2 n_k^2 >= sum_i (M_ii + T_ii) w_i^2 + 2 sum_i<k (M_ik w_i w_k + t_ik |w_i w_k|), where
+        M is the coupled part, T what the straight one is over the level, t_ik^2 = T_ik T_ki. For all signs of w that is
+        a matrix for w >= 0, which is copositive or not.
+
+        Sources: Simpson and Spector, Arch. Rational Mech. Anal. 84 (1983) 55; Hadeler, Linear Algebra Appl. 49 (1983).
+        """
+        T, M = self.straight - level, self.coupled
+        t = np.sqrt(np.maximum(T * np.swapaxes(T, 0, 1), 0.0))
+        size = np.abs(M).max(axis=(0, 1), initial=0.0)
+        own = np.stack([M[i, i] + T[i, i] for i in range(AXES)]) + ROUNDING * size
+        g, safe = np.sqrt(np.maximum(own, 0.0)), own.min(axis=0) >= 0
+        for signs in ((1, 1, 1), (1, 1, -1), (1, -1, 1), (-1, 1, 1)):
+            both = {(i, j): signs[i] * signs[j] * M[i, j] + t[i, j] for i, j in PAIRS}
+            over = [both[i, j] + g[i] * g[j] for i, j in PAIRS]
+            safe &= np.min(over, axis=0) >= 0
+            together = g[0] * g[1] * g[2] + sum(both[i, j] * g[AXES - i - j] for i, j in PAIRS)
+            safe &= together + np.sqrt(2 * np.maximum(np.prod(over, axis=0), 0.0)) >= 0
+        return ~safe
 
     def _on_a_grid(self) -> tuple[np.ndarray, np.ndarray]:
         """The least eigenvalue along some directions, about, and the angles of its direction, shape (2, n)."""

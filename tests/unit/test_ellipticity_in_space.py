@@ -12,6 +12,7 @@ from cellmech.mechanics.moduli import lame
 from cellmech.solver.ellipticity import Ellipticity
 from cellmech.solver.ellipticity_in_space import EllipticityInSpace
 from cellmech.solver.state import State
+from cellmech.solver.waves_in_space import SpaceWaves
 
 YOUNG, POISSON = 10.0, 0.4
 
@@ -133,3 +134,22 @@ def test_saint_venant_under_equal_compression_in_space_is_lost_by_shear():
         lambda s: look_at("saint-venant", (s - 1) * np.eye(2), AXISYMMETRIC)[1].margin, 0.7, 0.999, xtol=1e-11
     )
     assert lost**2 == pytest.approx((3 * lmbda + 2 * mu) / (3 * lmbda + 4 * mu), abs=1e-8)
+
+
+@pytest.mark.parametrize("level", [0.9, 1.0])
+def test_points_that_are_not_searched_have_no_slower_wave(level):
+    """Of random points: all those that a scan finds below the level are searched, and hardly any other."""
+    rng, n = np.random.default_rng(0), 2000
+    straight = 1 + rng.uniform(0, 2, (3, 3, n))
+    half = rng.normal(size=(3, 3, n))
+    waves = SpaceWaves(straight, 0.8 * (half + np.swapaxes(half, 0, 1)))
+    angles = np.linspace(0, np.pi / 2, 40)
+    lowest = np.full(n, np.inf)
+    for theta in angles:
+        for phi in angles:
+            n_0 = np.array([np.cos(phi) * np.cos(theta), np.cos(phi) * np.sin(theta), np.sin(phi)])
+            lowest = np.minimum(lowest, np.linalg.eigvalsh(waves.tensor(n_0[:, None]))[:, 0])
+    searched = waves._may_be_below(level)
+    assert 0.2 * n < np.count_nonzero(lowest < level) < 0.8 * n
+    assert searched[lowest < level].all()
+    assert np.count_nonzero(searched[lowest > level]) < 0.01 * n

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from cellmech.cell.observables import ABOVE_P99
-from cellmech.cell.samples import N, Region, exceeded_on
+from cellmech.cell.samples import GREATEST, Region, exceeded_on
 
 
 def percentile(mises, area, ranks=1):
     """Of points that are dealt out to ranks in turn, as the observer finds it; values [Pa], areas [µm^2]."""
     rows = []
     for rank in range(ranks):
-        values = np.zeros((1, len(mises[rank::ranks]), N + 1))
+        values = np.zeros((1, len(mises[rank::ranks]), GREATEST + 1))
         values[..., 0] = mises[rank::ranks]
         samples = SimpleNamespace(values=values, size=area[rank::ranks][None])
         points = np.arange(values.shape[1])
