@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import ufl
-from mpi4py import MPI
 
 from cellmech.fem.jit import compile_form
 from cellmech.fem.outline import Outline, along, deepest, depth, slope
@@ -84,7 +83,7 @@ def _patches(run: Simulation, surface: Surface, contact: Contact) -> list[Stretc
         on = np.any(depth(obstacle, nodes) > contact.threshold_um, axis=1)
         area, count = run.comm.allreduce(np.array([facets[on].sum(), np.count_nonzero(on)]))
         nearest = np.abs(surface.reference[on][..., planes]).min(axis=(0, 1), initial=np.inf)
-        cut = np.count_nonzero(run.comm.allreduce(nearest, op=MPI.MIN) < NEAR_AXIS)
+        cut = np.count_nonzero(np.min(run.comm.allgather(nearest), axis=0) < NEAR_AXIS)
         radius = surface.contact_area(u, [obstacle], contact.threshold_um).radius_um * np.sqrt(2.0**cut)
         deep = surface.max_depth(u, [obstacle]) - contact.threshold_um
         if count and deep > 0.0:

@@ -11,6 +11,8 @@ SCENES = {
     "half": 'title = "half"\n[mesh]\nsize_um = 6.0\n[time]\nend_s = 2000.0\n',
     "full": 'title = "full"\n[cell]\nshape = "full"\n[mesh]\nsize_um = 8.0\n[time]\nend_s = 1000.0\nrtol = 1e-2\n',
     "inertia": 'title = "i"\n[cell]\ninertia = true\n[mesh]\nsize_um = 8.0\n[time]\nend_s = 2000.0\nrtol = 1e-2\n',
+    "ball": 'title = "b"\n[cell]\ngeometry = "3d"\n[mesh]\nsize_um = 8.0\norder = 2\n[time]\nhistory = false\n',
+    "turned": 'title = "t"\n[cell]\ngeometry = "axisymmetric"\n[mesh]\nsize_um = 6.0\n[time]\nhistory = false\n',
     "mixed": 'title = "m"\n[cell]\npoisson = 0.499\n[mesh]\nsize_um = 5.0\n[time]\nend_s = 1000.0\nrtol = 1e-2\n',
 }
 
