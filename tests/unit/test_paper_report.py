@@ -134,7 +134,7 @@ def test_a_huge_picture_is_made_smaller(tmp_path: Path) -> None:
 
 def test_a_file_that_is_no_picture_is_bad_input(tmp_path: Path) -> None:
     (tmp_path / "a.png").write_text("nothing")
-    with pytest.raises(InputError, match=r"a.png: is no PNG picture"):
+    with pytest.raises(InputError, match=r"a.png: is no PNG or GIF picture"):
         embed(tmp_path / "a.png")
     assert embed(tmp_path / "b.png") is None
 
