@@ -1,7 +1,10 @@
 """Lamé's thick sphere under inner pressure, of one material and of two layers, at small strain."""
 
 import numpy as np
+import ufl
+from dolfinx import fem
 
+from cellmech.fem.jit import compile_form
 from cellmech.mechanics.moduli import lame
 
 PRESSURE = 1e-7  # Pa: strains of 1e-8
@@ -28,3 +31,14 @@ def thick_sphere(layers: dict[str, tuple[float, float, float]]) -> np.ndarray:
             rows[row, place[0]], rows[row, place[1]] = one(k, R), -one(k + 1, R)
     rows[-1, -2:] = stress(len(moduli) - 1, radii[-1])
     return np.linalg.solve(rows, right).reshape(-1, 2)
+
+
+def displacement_error(state, domain, layers: dict[str, tuple[float, float, float]]) -> float:
+    """Relative L2 error of a state's displacement [-], without a weight: of two coordinates or of three."""
+    X, parts = ufl.SpatialCoordinate(domain.mesh), np.zeros(2)
+    for (A, B), layer in zip(thick_sphere(layers), layers, strict=True):
+        exact = (A + B / ufl.sqrt(ufl.dot(X, X)) ** 3) * X
+        for k, field in enumerate((state.u - exact, exact)):
+            form = ufl.inner(field, field) * domain.dx(8, (layer,) if len(layers) > 1 else None)
+            parts[k] += fem.assemble_scalar(compile_form(form, domain.mesh.comm))
+    return float(np.sqrt(parts[0] / parts[1]))
