@@ -18,6 +18,7 @@ from cellmech.mechanics.moduli import lame
 
 LEVELS = (0.0, 0.3, 0.35, 0.65, 1.0)  # of rows of cells 0.25 wide: the second is thin
 PUSH = 0.6
+MODULI = {"soft": 10.0, "stiff": 3000.0}  # Pa
 
 
 def slab(comm: MPI.Comm, order: int = 2) -> Body:
@@ -52,7 +53,7 @@ def _body(domain: Domain, order: int, foot: np.ndarray) -> Body:
         for k in range(3)
     )
     materials = {}
-    for name, young in (("soft", 10.0), ("stiff", 3000.0)):
+    for name, young in MODULI.items():
         lmbda, mu = lame(young, 0.45)
         materials[name] = Material(LAWS["neo-hookean"], {"lmbda": lmbda, "mu": mu})
     push = {"top": (PUSH, 0.0, 0.0)}
@@ -65,4 +66,5 @@ def _body(domain: Domain, order: int, foot: np.ndarray) -> Body:
         tractions=push,
         bulk_degree=2,
         kinematics=THREE_D,
+        shells={"stiff": MODULI["stiff"] / MODULI["soft"]},
     )

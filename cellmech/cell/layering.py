@@ -11,6 +11,8 @@ from cellmech.scene.scene import Scene
 INSIDE_OUT: tuple[LayerName, ...] = tuple(reversed(LAYER_NAMES))
 MERGED: dict[tuple[LayerName, ...], str] = {("nucleoplasm", "lamina"): "nucleus", ("cytosol", "membrane"): "cytoplasm"}
 THINNEST = 5e-3  # of the radius: their least width
+SHELL = 0.1  # of the radius: a layer below it is a shell
+LEAST_SOLID = 0.1  # of a layer, as far as its stiffness is estimated
 ASIDE = {"inside": -1.0, "outside": 1.0}  # half-widths from an interface to its fade's middle
 
 
@@ -75,6 +77,27 @@ def _with_fades(scene: Scene, interfaces: list[tuple[str, float]]) -> list[tuple
     for name, outer in interfaces:
         pieces = sorted(radius for radius in radii if inner < radius < outer)
         found += [(f"{name} {k}", radius) for k, radius in enumerate(pieces, 1)] + [(name, outer)]
+        inner = outer
+    return found
+
+
+def stiffness_Pa(scene: Scene, name: LayerName) -> float:
+    """Young's modulus of a layer's mixture, an estimate [Pa]."""
+    return scene.layer_young_Pa(name) * max(scene.layer_solid(name), LEAST_SOLID)
+
+
+def shells(scene: Scene, interfaces: tuple[tuple[str, float], ...]) -> dict[str, float]:
+    """Thin layers, each with its stiffness over that of the softest layer [-]; of fades the most that it can be.
+
+    Args:
+        scene: whose layers are meshed.
+        interfaces: (name, outer radius [µm]) of what is meshed, from the inside out.
+    """
+    stiffness: dict[str, float] = {name: stiffness_Pa(scene, name) for name in LAYER_NAMES}
+    softest, stiffest, inner, found = min(stiffness.values()), max(stiffness.values()), 0.0, {}
+    for name, outer in interfaces:
+        if outer - inner < SHELL * scene.radius_um:
+            found[name] = (stiffest if scene.cell.layers == "smeared" else stiffness[name]) / softest
         inner = outer
     return found
 

@@ -16,7 +16,7 @@ from petsc4py import PETSc
 
 from cellmech.causes import Cause
 from cellmech.cell.additions import Additions
-from cellmech.cell.layering import INSIDE_OUT, MERGED, MeshPlan, fade_of
+from cellmech.cell.layering import INSIDE_OUT, MERGED, MeshPlan, fade_of, shells, stiffness_Pa
 from cellmech.cell.meshing import mesh_spec
 from cellmech.cell.observables import Layout, Ring
 from cellmech.errors import InputError, SolveError
@@ -197,6 +197,7 @@ class Setup:
             contact_degree=scene.contact.quadrature_degree,
             pressure_space=pressure_space(domain.mesh) if mixed else None,
             kinematics=self.kinematics,
+            shells=shells(scene, self.interfaces),
         )
         outline, rest = boundary(domain, space, "outer"), fem.Function(space)
         gap = -max(self.contact.width, NEAR * scene.radius_um)
@@ -302,7 +303,7 @@ class Setup:
         if self.falls:
             return max(SMALL_FALL * self._fall_um(), LEAST_FALL * self.scene.radius_um)
         scene = self.scene
-        soft = min(scene.layer_young_Pa(name) * max(scene.layer_solid(name), 0.1) for name in LAYER_NAMES)
+        soft = min(stiffness_Pa(scene, name) for name in LAYER_NAMES)
         load, radius = abs(self.force_density) * self.body.amplitude(self.scene.time.end_s), self.scene.radius_um
         return min(SMALL * load * radius**2 / soft, 1e-2 * radius)
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import ufl
@@ -54,6 +54,8 @@ class Body:
         bulk_degree, contact_degree: quadrature degrees.
         pressure_space: discontinuous functions for the pressure of mixed materials, if there are any.
         kinematics: what the mesh means in space.
+        shells: thin layers among the groups of cells, each with its stiffness over that of the softest group [-]: what
+            the linear solver should know, which changes no solution.
     """
 
     domain: Any
@@ -70,6 +72,7 @@ class Body:
     contact_degree: int = CONTACT_DEGREE
     pressure_space: Any = None
     kinematics: Kinematics = PLANE_STRAIN
+    shells: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def rate_dependent(self) -> bool:

@@ -1,7 +1,8 @@
-"""The coarse space of multigrid: first order, but in thin layers, which keep the order that they have.
+"""The coarse space of multigrid: first order, but in thin and stiff layers, which keep the order that they have.
 
-Cells of first order cannot bend: in a thin, stiff layer such as the lamina a coarse space of first order everywhere is
-of no use, and what the layer does is left to the smoother, which takes hundreds of iterations for it.
+Cells of first order cannot bend: where the lamina bends, a coarse space of first order is stiffer by about the squared
+ratio of its elements' length to their height, and what it misses is left to the smoother. That takes hundreds of
+iterations in a layer much stiffer than what is around it, and none in one as soft.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from cellmech.fem import fenicsx
 from cellmech.fem.jit import displacement_space
 from cellmech.mechanics.balance import Body
 
-THIN = 0.35  # mean of least height over longest edge of a group's cells below which it is a thin layer
+BENDS = 30.0  # stiffness over the softest, over the squared flatness of cells, from which a shell keeps its order
 FACES = ((1, 2, 3), (0, 2, 3), (0, 1, 3), (0, 1, 2))
 EXACT = 1e-9  # what evaluation of shape functions leaves of 1 or 0
 
@@ -21,7 +22,7 @@ EXACT = 1e-9  # what evaluation of shape functions leaves of 1 or 0
 def interpolation(body: Body) -> tuple[PETSc.Mat, PETSc.Vec]:
     """From the coarse space to the displacement's, without what Dirichlet conditions hold (collective).
 
-    A column of the coarse space is a displacement of a vertex, or of another node of a thin layer. Rows and columns of
+    A column of the coarse space is a displacement of a vertex, or of another node of a shell. Rows and columns of
     what is held are zero.
 
     Returns:
@@ -29,7 +30,7 @@ def interpolation(body: Body) -> tuple[PETSc.Mat, PETSc.Vec]:
     """
     space = body.space
     from_vertices = fenicsx.interpolation_matrix(displacement_space(body.domain.mesh, 1), space)
-    P = _keeping(from_vertices, _nodes_of_thin_layers(body))
+    P = _keeping(from_vertices, _nodes_of_shells(body))
     from_vertices.destroy()
     free, held = P.createVecLeft(), P.createVecRight()
     free.set(1.0)
@@ -50,18 +51,20 @@ def interpolation(body: Body) -> tuple[PETSc.Mat, PETSc.Vec]:
     return P, held
 
 
-def coarse_operator(A: PETSc.Mat, P: PETSc.Mat, held: PETSc.Vec, result: PETSc.Mat | None) -> PETSc.Mat:
-    """P^T A P with 1 on the diagonal of what is held; into the result of an earlier call, if there is one."""
+def coarse_operator(A: PETSc.Mat, P: PETSc.Mat, held: PETSc.Vec) -> PETSc.Mat:
+    """P^T A P with 1 on the diagonal of what is held (collective)."""
     blocked = "baij" in A.getType()
     plain = A.convert("mpiaij" if A.getComm().size > 1 else "seqaij", out=PETSc.Mat()) if blocked else A
-    product = plain.ptap(P, result=result)
+    product = plain.ptap(P)
     if blocked:
         plain.destroy()
-    diagonal = product.getDiagonal()
+    coarse = product.duplicate(copy=True)  # a product keeps what it is made of, the largest matrix of all
+    product.destroy()
+    diagonal = coarse.getDiagonal()
     diagonal.axpy(1.0, held)
-    product.setDiagonal(diagonal)
+    coarse.setDiagonal(diagonal)
     diagonal.destroy()
-    return product
+    return coarse
 
 
 def flatness(points: np.ndarray) -> np.ndarray:
@@ -78,16 +81,15 @@ def flatness(points: np.ndarray) -> np.ndarray:
     return 3 * volume / np.max(area, axis=0) / edges.max(axis=0)
 
 
-def _nodes_of_thin_layers(body: Body) -> np.ndarray:
-    """Whether each node that this rank owns lies in a thin layer, shape (nodes,). Collective."""
-    mesh, tags, dofmap = body.domain.mesh, body.domain.cell_tags, body.space.dofmap
+def _nodes_of_shells(body: Body) -> np.ndarray:
+    """Whether each node that this rank owns lies in a shell that bends, shape (nodes,). Collective."""
+    mesh, dofmap = body.domain.mesh, body.space.dofmap
     flat = flatness(fenicsx.cell_points(mesh)[:, :4])
     here = PETSc.Vec().createMPI((dofmap.index_map.size_local, None), comm=mesh.comm)
-    for number in body.domain.cells.values():
-        cells = tags.indices[tags.values == number]
-        cells = cells[cells < len(flat)]
+    for name, times in body.shells.items():
+        cells, _ = body.domain.own_of((name,))
         total, count = mesh.comm.allreduce(np.array([flat[cells].sum(), len(cells)]))
-        if count and total / count < THIN and len(cells):
+        if times > BENDS * (total / count) ** 2 and len(cells):
             nodes = np.unique([dofmap.cell_dofs(cell) for cell in cells]).astype(np.int32)
             here.setValues(dofmap.index_map.local_to_global(nodes).astype(PETSc.IntType), np.ones(len(nodes)))
     here.assemble()

@@ -168,7 +168,12 @@ class Multigrid:
         self._ksp.setUp()
 
     def _coarsen(self, A: PETSc.Mat) -> None:
-        self._coarse = coarse_operator(A, self._P, self._held, self._coarse)
+        if self._coarse is not None:
+            self._coarse.destroy()
+        self._coarse = coarse_operator(A, self._P, self._held)
+        room.give_back()
+        if self._ksp is not None:
+            self._ksp.getPC().getMGCoarseSolve().setOperators(self._coarse)
         self._lost, self._best = 0.0, math.inf
 
     def _create(self, A: PETSc.Mat) -> PETSc.KSP:
@@ -219,6 +224,7 @@ class Multigrid:
             if held is not None:
                 held.destroy()
         self._ksp = self._coarse = None
+        room.give_back()
 
     def fault(self) -> Reason | None:
         """See `Linear`."""

@@ -62,6 +62,8 @@ def follow(run: Moving, start: Equilibrium, target: float, smallest: float, leap
         if outcome.converged:
             here = Equilibrium(aim, run.u.copy())
             increment *= 2 if outcome.iterations <= EASY else 1
+            if not reaches:
+                run.reaches_more()  # without what it has come to, there may be no way on
         else:
             run.totals.failed_solves += 1
             if outcome.drowned:  # no smaller load is larger beside what rounding leaves
@@ -79,10 +81,15 @@ def follow(run: Moving, start: Equilibrium, target: float, smallest: float, leap
 
 
 class LoadSteps:
-    """Equilibria along the load; time only says how much of it acts."""
+    """Equilibria along the load; time only says how much of it acts.
 
-    def __init__(self, run: Moving) -> None:
-        self.run = run
+    Args:
+        run: what moves.
+        smallest: share of the load at which the last equilibrium is followed no more closely [-].
+    """
+
+    def __init__(self, run: Moving, smallest: float = SMALLEST_LOAD_STEP) -> None:
+        self.run, self.smallest = run, smallest
         self.last = Equilibrium(0.0, run.u.copy(), at_rest=True)
         self.stuck: Reason | None = None  # why there is no way on from the last equilibrium
 
@@ -108,6 +115,10 @@ class LoadSteps:
                 raise SolveError(self.stuck)
         return run.accept(t, t - run.t, outcome, None)
 
+    def begin_at(self, amplitude: float) -> None:
+        """Take the run's displacement for an equilibrium, or for nearly one, at a load amplitude [-]."""
+        self.last = Equilibrium(amplitude, self.run.u.copy())
+
     def _time_of(self, end: float) -> float:
         """Time at which the load is the last equilibrium's [s], between now and `end`; now if it is there at once."""
         run, here = self.run, self.last.amplitude
@@ -118,7 +129,7 @@ class LoadSteps:
 
     def _follow(self, start: Equilibrium, target: float) -> Outcome:
         leap = start.at_rest and not self.run.schedule.load_steps
-        self.last, outcome = follow(self.run, start, target, SMALLEST_LOAD_STEP * target, leap)
+        self.last, outcome = follow(self.run, start, target, self.smallest * target, leap)
         return outcome
 
     def numbers(self) -> dict[str, Any]:

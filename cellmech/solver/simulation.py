@@ -143,6 +143,8 @@ class Simulation:
                 if self.totals.steps == 0 and refused.shown:
                     on_step(self._book())
                 raise
+            if self.t >= self.schedule.end_s:
+                self.solver.restart()  # nothing is left to solve: what reads off the state may have its memory
             on_step(step)
             due = self.totals.steps % self.checkpoint_every == 0
             if due and 0 < self.t < self.schedule.end_s:  # at 0 it begins again

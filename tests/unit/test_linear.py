@@ -1,5 +1,6 @@
 """The linear solver: multigrid solves what MUMPS solves, to the share asked for, and says when it does not."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -119,7 +120,7 @@ def test_what_is_held_is_left_out_of_the_coarse_space(body):
     np.testing.assert_allclose(system.z.getArray()[system.held], system.r.getArray()[system.held], atol=1e-6)
 
 
-def test_coarse_space_keeps_the_order_of_thin_layers_only(body):
+def test_coarse_space_keeps_the_order_of_shells_only(body):
     P, held = interpolation(body)
     vertices = (WIDE + 1) ** 2 * (ROWS + 1)
     nodes_of_the_layer = (2 * WIDE + 1) ** 2 * 3
@@ -132,10 +133,15 @@ def test_coarse_space_keeps_the_order_of_thin_layers_only(body):
     np.testing.assert_allclose(moved, 1.0, atol=1e-12)
 
 
-def test_stiff_thin_layer_needs_its_order_on_the_coarse_level(body, monkeypatch):
+def test_soft_shell_keeps_no_order(body):
+    P, _ = interpolation(dataclasses.replace(body, shells={"stiff": 0.5}))
+    assert P.getSize()[1] == 3 * (WIDE + 1) ** 2 * (ROWS + 1)
+
+
+def test_stiff_shell_needs_its_order_on_the_coarse_level(body, monkeypatch):
     needed = []
-    for thin in (coarse.THIN, 0.0):
-        monkeypatch.setattr(coarse, "THIN", thin)
+    for bends in (coarse.BENDS, np.inf):
+        monkeypatch.setattr(coarse, "BENDS", bends)
         system = System(body)
         system.multigrid.exactly(system.r, system.z)
         needed.append(system.iterations)

@@ -11,7 +11,7 @@ import pytest
 import ufl
 from mpi4py import MPI
 
-from cellmech.cell.layering import MeshPlan, mesh_plan
+from cellmech.cell.layering import MeshPlan, mesh_plan, shells
 from cellmech.cell.setup import Setup, material, obstacles_of, ramp, smeared_weights
 from cellmech.errors import SolveError
 from cellmech.fem.jit import PointValues
@@ -66,6 +66,16 @@ def test_only_smeared_layers_are_meshed_as_one():
     smeared = scene_of(cell={"layers": "smeared", "smear_um": 0.5})
     assert mesh_plan(smeared).merged == (("nucleoplasm", "lamina"), ("cytosol", "membrane"))
     assert mesh_plan(alike).merged == ()
+
+
+def test_shells_are_the_thin_layers_each_as_stiff_beside_the_softest_as_it_is():
+    """Table 1: 100 and 1000 Pa beside 10; equal solid shares cancel."""
+    scene = scene_of(layer={"lamina": {"young_Pa": 1000.0}})
+    assert shells(scene, mesh_plan(scene).interfaces(scene)) == pytest.approx({"lamina": 100.0, "membrane": 10.0})
+    scene = scene_of(cell={"layers": "smeared", "smear_um": 0.36})
+    found = shells(scene, mesh_plan(scene).interfaces(scene))
+    assert len(found) > 4
+    assert set(found.values()) == {100.0}
 
 
 def test_fades_of_smeared_layers_are_some_rings_of_elements_wide():
