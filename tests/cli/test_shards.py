@@ -101,3 +101,13 @@ def test_slurm_example_gives_each_task_of_the_array_its_shard(folder):
     script = ["bash", ROOT / "studies/slurm.sh", "my.toml", "--list"]
     listed = subprocess.run(script, env=ENVIRONMENT | tasks, capture_output=True, text=True)
     assert (listed.stdout, listed.stderr) == ("b\nd\n", "")
+
+
+def test_slurm_example_of_one_large_case_gives_it_all_ranks(folder):
+    Path("my.toml").write_text(cases("a"))
+    tasks = {"PYTHON": sys.executable, "SLURM_NTASKS": "0"}
+    script = ["bash", ROOT / "studies/slurm-large.sh", "my.toml", "--list"]
+    refused = subprocess.run(script, env=ENVIRONMENT | tasks, capture_output=True, text=True)
+    assert refused.returncode != 0 and "--ranks-per-case" in refused.stderr
+    listed = subprocess.run(script, env=ENVIRONMENT | tasks | {"SLURM_NTASKS": "1"}, capture_output=True, text=True)
+    assert (listed.stdout, listed.stderr) == ("a\n", "")
