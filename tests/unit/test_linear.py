@@ -133,7 +133,10 @@ def test_coarse_space_keeps_the_order_of_shells_only(body):
     np.testing.assert_allclose(moved, 1.0, atol=1e-12)
 
 
-def test_soft_shell_keeps_no_order(body):
+def test_shell_keeps_its_order_by_its_stiffness_and_slenderness(body):
+    """Its cells are flat, 0.05 by 0.35: a stiffness of 20 is enough, one of 0.5 is not."""
+    kept, _ = interpolation(dataclasses.replace(body, shells={"stiff": 20.0}))
+    assert kept.getSize() == interpolation(body)[0].getSize()
     P, _ = interpolation(dataclasses.replace(body, shells={"stiff": 0.5}))
     assert P.getSize()[1] == 3 * (WIDE + 1) ** 2 * (ROWS + 1)
 

@@ -114,15 +114,23 @@ def test_error_of_a_deformation_is_not_measured_by_the_way_of_a_fall():
 
 
 class Scripted:
-    """Stands in for a run: a leap fails, and so does any exact or rough solve beyond `hard` in one step."""
+    """Stands in for a run: a leap fails, and so does any exact or rough solve beyond `hard` in one step.
 
-    def __init__(self, hard):
-        self.hard, self.calls, self.u = hard, [], np.zeros(1)
+    From `floor` on something comes into reach; without it there is nothing a tenth further on.
+    """
+
+    def __init__(self, hard, floor=np.inf):
+        self.hard, self.floor, self.calls, self.u = hard, floor, [], np.zeros(1)
         self.totals, self.log = Totals(), lambda line: None
+
+    def reaches_more(self):
+        reached = self.u[0] >= self.floor
+        self.floor = np.inf if reached else self.floor
+        return reached
 
     def solve(self, amplitude, rough=False, leap=False):
         self.calls.append((amplitude, rough, leap))
-        found = not leap and amplitude - self.u[0] <= self.hard
+        found = not leap and amplitude - self.u[0] <= self.hard and amplitude < self.floor + 0.1
         self.u[:] = amplitude if found else np.nan
         return Outcome(3, 1, 0.0, None if found else Reason(Cause.NO_CONVERGENCE, "too far"))
 
@@ -138,6 +146,14 @@ def test_way_to_a_load_is_rough_and_its_end_exact():
         (1.0, False, False),
     ]
     assert outcome.converged and here.amplitude == 1.0 and outcome.iterations == 15
+
+
+def test_what_is_reached_on_the_way_is_put_in_there():
+    """Without the floor that a cell comes to between its pillars there may be no equilibrium under the whole load."""
+    run = Scripted(hard=1.0, floor=0.8)
+    here, outcome = follow(run, Equilibrium(0.0, np.zeros(1), at_rest=True), 1.0, 1e-4, leap=True)
+    assert outcome.converged and here.amplitude == 1.0
+    assert run.totals.failed_solves == 0
 
 
 def test_after_a_failure_equilibria_are_exact():
