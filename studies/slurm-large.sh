@@ -6,7 +6,7 @@
 #
 # Sized for 1e8 unknowns by what benchmarks/README.md measured and carries over from there ("1e8 unknowns"): about
 # 0.8 TiB, and an hour. Reckon 8 kB an unknown over all nodes, twice as much on the first: Gmsh makes the mesh on rank 0.
-# Run it with --check first: it meshes nothing, and says what the case needs.
+# What a smaller mesh needs `--check` says; it makes the mesh for that.
 #
 #SBATCH --job-name=cellmech-large
 #SBATCH --nodes=16
