@@ -63,8 +63,7 @@ def begin_near(setup: Setup, run: Simulation, plan: MeshPlan, additions: Additio
         log(f"no first guess: {with_fewer.dofs} unknowns find no equilibrium")
         return
     run.state.update()
-    if share < 1.0:
-        stepping.begin_at(share * run.body.amplitude(run.schedule.end_s))
+    stepping.begin_at(share * run.body.amplitude(run.schedule.end_s))
     kind = "second order" if mesh.order == 3 else f"mesh.size_um = {before.size_um:.3g}"
     load = "" if share == 1.0 else f" at {share:.4g} of the load"
     log(f"first guess: the equilibrium of {with_fewer.dofs} unknowns{load} ({kind})")

@@ -81,15 +81,10 @@ def follow(run: Moving, start: Equilibrium, target: float, smallest: float, leap
 
 
 class LoadSteps:
-    """Equilibria along the load; time only says how much of it acts.
+    """Equilibria along the load; time only says how much of it acts."""
 
-    Args:
-        run: what moves.
-        smallest: share of the load at which the last equilibrium is followed no more closely [-].
-    """
-
-    def __init__(self, run: Moving, smallest: float = SMALLEST_LOAD_STEP) -> None:
-        self.run, self.smallest = run, smallest
+    def __init__(self, run: Moving) -> None:
+        self.run, self.smallest = run, SMALLEST_LOAD_STEP
         self.last = Equilibrium(0.0, run.u.copy(), at_rest=True)
         self.stuck: Reason | None = None  # why there is no way on from the last equilibrium
 
@@ -116,8 +111,10 @@ class LoadSteps:
         return run.accept(t, t - run.t, outcome, None)
 
     def begin_at(self, amplitude: float) -> None:
-        """Take the run's displacement for an equilibrium, or for nearly one, at a load amplitude [-]."""
-        self.last = Equilibrium(amplitude, self.run.u.copy())
+        """Take the displacement for nearly an equilibrium at a load amplitude [-], if the first landing is beyond."""
+        run = self.run
+        if amplitude < run.body.amplitude(run.schedule.next_load_step(run.t)):
+            self.last = Equilibrium(amplitude, run.u.copy())
 
     def _time_of(self, end: float) -> float:
         """Time at which the load is the last equilibrium's [s], between now and `end`; now if it is there at once."""
