@@ -1,5 +1,7 @@
 """The time loop's own numbers: how fast the body still moves, when it lands, what counts as a large error."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from problems import block, displacement_space, hold, solid, wet
@@ -7,7 +9,7 @@ from problems import block, displacement_space, hold, solid, wet
 from cellmech.causes import Cause, Reason
 from cellmech.fem.coefficients import material_fields
 from cellmech.mechanics.balance import Body
-from cellmech.solver.load_steps import Equilibrium, follow
+from cellmech.solver.load_steps import Equilibrium, LoadSteps, follow
 from cellmech.solver.newton import Outcome
 from cellmech.solver.schedule import Schedule, Totals
 from cellmech.solver.simulation import Simulation
@@ -154,6 +156,18 @@ def test_what_is_reached_on_the_way_is_put_in_there():
     here, outcome = follow(run, Equilibrium(0.0, np.zeros(1), at_rest=True), 1.0, 1e-4, leap=True)
     assert outcome.converged and here.amplitude == 1.0
     assert run.totals.failed_solves == 0
+
+
+@pytest.mark.parametrize(("amplitude", "begun"), [(0.25, 0.25), (0.5, 0.0), (0.75, 0.0)])
+def test_run_begins_at_a_part_of_the_load_only_below_its_first_landing(amplitude, begun):
+    """The load grows with time, to 0.5 at the first output: nothing is followed backwards from beyond that."""
+    run = Scripted(hard=1.0)
+    run.t, run.body = 0.0, SimpleNamespace(amplitude=lambda t: t)
+    run.schedule = SimpleNamespace(next_load_step=lambda t: 0.5)
+    steps = LoadSteps(run)
+    run.u[:] = amplitude
+    steps.begin_at(amplitude)
+    assert (steps.last.amplitude, steps.last.u[0]) == (begun, begun)
 
 
 def test_after_a_failure_equilibria_are_exact():
