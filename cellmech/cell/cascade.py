@@ -20,7 +20,7 @@ from cellmech.cell.setup import Setup
 from cellmech.errors import CellmechError, SolveError
 from cellmech.fem import fenicsx
 from cellmech.scene.parts import Mesh
-from cellmech.solver.load_steps import LoadSteps
+from cellmech.solver.load_steps import Guess, LoadSteps
 from cellmech.solver.simulation import Simulation
 
 UNKNOWNS = 12_000  # of the coarsest mesh, roughly
@@ -42,6 +42,7 @@ def begin_near(setup: Setup, run: Simulation, plan: MeshPlan, additions: Additio
     else:  # every rank solves it by itself: no rank waits for another, and all find the same
         size = min(mesh.size_um * ratio ** (1 / 3), setup.scene.radius_um / 2)
         before, comm = Mesh(order=2, size_um=size, thin_layers=1), MPI.COMM_SELF
+    whole = run.body.amplitude(run.schedule.end_s)
     try:
         with_fewer = Setup(setup.scene.model_copy(update={"mesh": before}), comm, plan, additions)
         if with_fewer.dofs > FEWER * setup.dofs:
@@ -49,11 +50,10 @@ def begin_near(setup: Setup, run: Simulation, plan: MeshPlan, additions: Additio
         first = with_fewer.create_run(lambda line: log(f"first guess: {line}"))
         try:
             begin_near(with_fewer, first, plan, additions, log)
-            share = _equilibrium(first)
+            share = _go_far(first) / whole
             if share > 0.0:
                 same = with_fewer.domain is setup.domain
                 found = fenicsx.interpolated(first.state.u, run.body.space) if same else _carried_over(first, run)
-                run.u[:] = found
         finally:
             first.close()
     except CellmechError as error:  # of the other mesh, which need not be this one's
@@ -62,22 +62,21 @@ def begin_near(setup: Setup, run: Simulation, plan: MeshPlan, additions: Additio
     if share == 0.0:
         log(f"no first guess: {with_fewer.dofs} unknowns find no equilibrium")
         return
-    run.state.update()
-    stepping.begin_at(share * run.body.amplitude(run.schedule.end_s))
+    stepping.begin_near(Guess(share * whole, found, SMALLEST * whole))
     kind = "second order" if mesh.order == 3 else f"mesh.size_um = {before.size_um:.3g}"
     load = "" if share == 1.0 else f" at {share:.4g} of the load"
     log(f"first guess: the equilibrium of {with_fewer.dofs} unknowns{load} ({kind})")
 
 
-def _equilibrium(run: Simulation) -> float:
-    """Bring a run to its end, or as far as large load steps lead; returns the share of the load that acts then [-]."""
+def _go_far(run: Simulation) -> float:
+    """Bring a run to its end, or as far as large load steps lead; returns the load amplitude that acts then [-]."""
     assert isinstance(run.stepping, LoadSteps)
     run.stepping.smallest = SMALLEST
     try:
         run.run(lambda step: None)
     except SolveError as error:
         run.log(str(error))
-    return run.stepping.last.amplitude / run.body.amplitude(run.schedule.end_s)
+    return run.stepping.last.amplitude
 
 
 def _carried_over(first: Simulation, run: Simulation) -> np.ndarray:

@@ -36,6 +36,9 @@ from cellmech.scene.parts import LAYER_NAMES, LayerName
 from cellmech.scene.placement import STEEP, Placement, placement, rest_beside, slope_at
 from cellmech.scene.scene import Scene
 from cellmech.scene.substrate import Upright, facing, standing, symmetric
+from cellmech.solver.acceptance import Acceptance
+from cellmech.solver.ellipticity import StabilityWatch
+from cellmech.solver.resolution import missed
 from cellmech.solver.rigid_modes import rigid_modes
 from cellmech.solver.schedule import LOAD_STEPS, SMALL, Schedule
 from cellmech.solver.simulation import Simulation
@@ -318,8 +321,11 @@ class Setup:
         return min(way, gap) or scene.radius_um
 
     def create_run(self, log: Callable[[str], None]) -> Simulation:
-        """The run, its zero modes removed where the scene has any."""
+        """The run, its zero modes removed where the scene has any; states of no stable material do not count."""
         modes = None
         if self.turns and not self.scene.cell.inertia:
             modes = rigid_modes(self.body, self.centre, sideways=self.free_sideways)
-        return Simulation(self.body, self.schedule(), self.force_scale, self.out_of_reach, modes, not self.falls, log)
+        run = Simulation(self.body, self.schedule(), self.force_scale, self.out_of_reach, modes, not self.falls, log)
+        watch, goes_on = StabilityWatch(run.body, run.state.u), self.scene.stability == "warn"
+        run.acceptance = Acceptance(run, watch, self.scene.time.end_s, goes_on, partial(missed, run))
+        return run

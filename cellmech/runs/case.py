@@ -8,7 +8,6 @@ import time
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import cellmech.fem.started  # noqa: F401 before all that it starts
@@ -35,11 +34,11 @@ from cellmech.results.field_files import write_fields
 from cellmech.results.records import CaseFolder, flatten
 from cellmech.scene.case import Case
 from cellmech.scene.files import scene_to_toml
-from cellmech.solver.acceptance import Acceptance, Refused
-from cellmech.solver.ellipticity import Stability, StabilityWatch
+from cellmech.solver.acceptance import Refused
+from cellmech.solver.ellipticity import Stability
 from cellmech.solver.ellipticity_in_space import EllipticityInSpace, StabilityInSpace
 from cellmech.solver.linear import needed_bytes
-from cellmech.solver.resolution import UNTOLD, doubts, missed
+from cellmech.solver.resolution import UNTOLD, doubts
 from cellmech.solver.schedule import Memory, Step
 from cellmech.solver.simulation import Simulation
 
@@ -129,8 +128,8 @@ def _solve(
         for line in describe_model(setup, run).lines():
             folder.log(line)
         observer = Observer(run, setup.layout())
-        watch = StabilityWatch(run.body, run.state.u)
-        run.acceptance = accepted = Acceptance(run, watch, scene.time.end_s, goes_on, partial(missed, run))
+        accepted = run.acceptance
+        assert accepted is not None
         if (found := checkpoint.load(folder, setup.body.space)) is not None:
             memory, mine = found
             run.recall(memory)
@@ -168,7 +167,7 @@ def _solve(
         run.run(on_step, on_checkpoint)
         stability = accepted.stability
     except SolveError as error:
-        stability = watch.look() if run is not None and run.totals.newton_iterations else None
+        stability = accepted.watch.look() if run is not None and run.totals.newton_iterations else None
         reason = str(error)
         if run is not None and not run.told:
             scalars, settled = {}, None

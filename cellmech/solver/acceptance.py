@@ -12,7 +12,7 @@ import numpy as np
 
 from cellmech.causes import Cause, Reason
 from cellmech.errors import SolveError
-from cellmech.solver.ellipticity import AT_REST, Stability, StabilityWatch
+from cellmech.solver.ellipticity import Stability, StabilityWatch
 from cellmech.solver.ellipticity_in_space import StabilityInSpace
 from cellmech.solver.energy_balance import Ledger
 
@@ -64,7 +64,7 @@ class Acceptance:
 
     def judge(self, t: float, amplitude: float) -> None:
         """Raise `Refused` for a state at the time t [s] that does not count. Collective."""
-        found = self.watch.look() if t >= self.end_s else None if self.beyond else self.watch.look_if_due()
+        found = None if self.beyond and t < self.end_s else self._look(t)
         if found is not None and found.lost:
             lost = Cause.ELLIPTICITY.reason(t_s=t, amplitude=amplitude, found=found)
             if not self.goes_on:
@@ -76,6 +76,20 @@ class Acceptance:
         if self.run.modes is not None and (fault := self.held(amplitude)):
             raise Refused(fault)
         self.stability = found or self.stability
+
+    def lost_on_the_way(self, t: float, amplitude: float) -> Reason | None:
+        """Why an equilibrium at the time t [s] is none to go on from, if it is not; before `judge`. Collective."""
+        if self.goes_on:
+            return None
+        before, found = self.watch.seen, self._look(t)
+        if found is None or not found.lost:
+            return None
+        self.watch.seen = before  # the next state that is looked at is one of a smaller load
+        return Cause.ELLIPTICITY.reason(t_s=t, amplitude=amplitude, found=found)
+
+    def _look(self, t: float) -> Stability | StabilityInSpace | None:
+        """The state's least margin, if it is the last state or could be beyond."""
+        return self.watch.look() if t >= self.end_s else self.watch.look_if_due()
 
     def held(self, amplitude: float) -> Reason | None:
         """The fault of a state in which only the constraint on a rigid mode holds the body, as no contact could.
@@ -99,10 +113,6 @@ class Acceptance:
         if unseen <= MISSED:
             return cause.reason(told=told)
         return Cause.TOO_COARSE.reason(way=cause.value, told=told, unseen_percent=100 * unseen)
-
-    def begin_again(self) -> None:
-        """Forget what has been seen: the load is followed from the start."""
-        self.watch.seen = AT_REST
 
     def memory(self) -> dict[str, Any]:
         """All that a run that goes on later needs, as JSON can hold it."""

@@ -165,6 +165,7 @@ class StabilityWatch:
         self._cells = body.domain.own_cells
         self._comm = mesh.comm
         self.seen = AT_REST
+        self._last: tuple[float, Stability | StabilityInSpace | None] = (-1.0, None)  # strain, and what was found there
 
     def look_if_due(self) -> Stability | StabilityInSpace | None:
         """The least margin of the current state; None while it cannot have come near to 0. Collective."""
@@ -177,8 +178,11 @@ class StabilityWatch:
 
     def look(self, strain: float | None = None) -> Stability | StabilityInSpace:
         """The least margin of the current state. Collective."""
-        found = self._ellipticity.find()
-        self.seen = (self._strain() if strain is None else strain, 1.0 if found.margin is None else found.margin)
+        now = self._strain() if strain is None else strain
+        if self._last[1] is None or now != self._last[0]:  # the same to the last digit: the same state
+            self._last = (now, self._ellipticity.find())
+        found = self._last[1]
+        self.seen = (now, 1.0 if found.margin is None else found.margin)
         return found
 
     def _strain(self) -> float:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,6 +18,7 @@ from cellmech.solver.newton import Outcome
 from cellmech.solver.schedule import Step
 
 SMALLEST_LOAD_STEP = 1e-4  # of the load that is sought: how closely the last equilibrium is followed
+LOSS = 1 / 64  # of the load that is sought: how closely the loss of ellipticity on the way is told
 FIRST_LOAD = 1 / 8  # share of the load to begin with where no steps are prescribed and all of it at once is too much
 EASY = 8  # Newton iterations up to which a load step was small: the next one may be twice as large
 
@@ -33,7 +36,24 @@ class Equilibrium:
     at_rest: bool = False
 
 
-def follow(run: Moving, start: Equilibrium, target: float, smallest: float, leap: bool) -> tuple[Equilibrium, Outcome]:
+@dataclass(frozen=True)
+class Guess:
+    """Nearly an equilibrium, of another mesh: load amplitude [-], displacement [µm]; the load step to go on with [-]."""
+
+    amplitude: float
+    u: np.ndarray
+    onward: float
+
+
+def follow(
+    run: Moving,
+    start: Equilibrium,
+    target: float,
+    smallest: float,
+    leap: bool,
+    judge: Callable[[float], Reason | None] = lambda amplitude: None,
+    guess: Guess | None = None,
+) -> tuple[Equilibrium, Outcome]:
     """Follow the equilibrium from `start` towards a load amplitude; returns the last one found, and what it took.
 
     A load step is halved where its solve fails, and doubled after an easy one. The outcome has not converged where that
@@ -46,22 +66,33 @@ def follow(run: Moving, start: Equilibrium, target: float, smallest: float, leap
         target: load amplitude [-].
         smallest: load step [-].
         leap: whether to try the whole way at once and then, if that is not easy, to begin with a small load step.
+        judge: says why the equilibrium at a load amplitude, just found on the way, is none to go on from.
+        guess: of the first equilibrium on the way.
     """
     here, rough, increment, iterations, factorisations = start, True, target - start.amplitude, 0, 0
-    if leap:
+    unstable, fault = np.inf, None  # the least load amplitude that the judge is known to refuse, and why
+    if guess is not None:
+        increment = guess.amplitude - start.amplitude
+    elif leap:
         outcome = run.solve(target, leap=True)
-        if outcome.converged:
+        if outcome.converged and judge(target) is None:
             return Equilibrium(target, run.u.copy()), outcome
         increment, iterations, factorisations = FIRST_LOAD * increment, outcome.iterations, outcome.factorisations
     while True:
         reaches = abs(target - here.amplitude) <= abs(increment) * (1 + 1e-9)
         aim = target if reaches else here.amplitude + increment
-        run.u[:] = here.u
+        run.u[:] = here.u if guess is None else guess.u
         outcome = run.solve(aim, rough=rough and not reaches)
         iterations, factorisations = iterations + outcome.iterations, factorisations + outcome.factorisations
+        if outcome.converged and (refusal := judge(aim)) is not None:
+            unstable, fault, smallest = abs(aim), refusal, max(smallest, LOSS * abs(target) / 2)
+            outcome = dataclasses.replace(outcome, reason=fault)
         if outcome.converged:
             here = Equilibrium(aim, run.u.copy())
-            increment *= 2 if outcome.iterations <= EASY else 1
+            if guess is not None:
+                increment = guess.onward
+            elif outcome.iterations <= EASY:
+                increment = float(np.copysign(min(2 * abs(increment), (unstable - abs(aim)) / 2), increment))
             if not reaches:
                 run.reaches_more()  # without what it has come to, there may be no way on
         else:
@@ -75,9 +106,14 @@ def follow(run: Moving, start: Equilibrium, target: float, smallest: float, leap
                 exact = run.solve(here.amplitude)
                 here = Equilibrium(here.amplitude, run.u.copy()) if exact.converged else start
             rough, increment = False, (aim - here.amplitude) / 2
-        if (reaches and outcome.converged) or abs(increment) < smallest:
+        guess = None
+        arrived = reaches and outcome.converged
+        if arrived or abs(increment) < smallest:
             run.u[:] = here.u
-            return here, dataclasses.replace(outcome, iterations=iterations, factorisations=factorisations)
+            reason = None if arrived else outcome.reason or fault
+            return here, dataclasses.replace(
+                outcome, reason=reason, iterations=iterations, factorisations=factorisations
+            )
 
 
 class LoadSteps:
@@ -86,6 +122,7 @@ class LoadSteps:
     def __init__(self, run: Moving) -> None:
         self.run, self.smallest = run, SMALLEST_LOAD_STEP
         self.last = Equilibrium(0.0, run.u.copy(), at_rest=True)
+        self.guess: Guess | None = None  # of the first equilibrium on the way
         self.stuck: Reason | None = None  # why there is no way on from the last equilibrium
 
     def advance(self) -> Step:
@@ -100,34 +137,43 @@ class LoadSteps:
         if run.totals.steps:
             run.state.rest()
         t, start = run.schedule.next_load_step(run.t), self.last
-        outcome = self._follow(start, run.body.amplitude(t))
+        outcome = self._follow(start, t)
         while run.reaches_more():
-            outcome = self._follow(start, run.body.amplitude(t))
-        t = self._time_of(t)
+            outcome = self._follow(start, t)
+        t = self._time_of(self.last.amplitude, t)
         if outcome.reason is not None:
             self.stuck = run.no_way_on(outcome.reason, self.last.amplitude, t)
             if t <= run.t:
                 raise SolveError(self.stuck)
         return run.accept(t, t - run.t, outcome, None)
 
-    def begin_at(self, amplitude: float) -> None:
-        """Take the displacement for nearly an equilibrium at a load amplitude [-], if the first landing is beyond."""
+    def begin_near(self, guess: Guess) -> None:
+        """Begin with a guess of an equilibrium; it is the first on the way if the first landing is beyond its load."""
         run = self.run
-        if amplitude < run.body.amplitude(run.schedule.next_load_step(run.t)):
-            self.last = Equilibrium(amplitude, run.u.copy())
+        run.u[:] = guess.u
+        run.state.update()
+        if guess.amplitude < run.body.amplitude(run.schedule.next_load_step(run.t)):
+            self.guess = guess
 
-    def _time_of(self, end: float) -> float:
-        """Time at which the load is the last equilibrium's [s], between now and `end`; now if it is there at once."""
-        run, here = self.run, self.last.amplitude
-        now = run.body.amplitude(run.t)
-        if run.body.amplitude(end) == here:
+    def _time_of(self, amplitude: float, end: float) -> float:
+        """Time at which this load acts [s], between now and `end`; now if it is there at once."""
+        run = self.run
+        if run.body.amplitude(end) == amplitude:
             return end
-        return run.t if now >= here else float(brentq(lambda t: run.body.amplitude(t) - here, run.t, end))
+        now = run.body.amplitude(run.t)
+        return run.t if now >= amplitude else float(brentq(lambda t: run.body.amplitude(t) - amplitude, run.t, end))
 
-    def _follow(self, start: Equilibrium, target: float) -> Outcome:
-        leap = start.at_rest and not self.run.schedule.load_steps
-        self.last, outcome = follow(self.run, start, target, self.smallest * target, leap)
+    def _follow(self, start: Equilibrium, t: float) -> Outcome:
+        run, target = self.run, self.run.body.amplitude(t)
+        leap = start.at_rest and not run.schedule.load_steps
+        guess, self.guess = self.guess, None
+        self.last, outcome = follow(run, start, target, self.smallest * target, leap, partial(self._lost, t), guess)
         return outcome
+
+    def _lost(self, end: float, amplitude: float) -> Reason | None:
+        """Why there is no way on from an equilibrium before the time `end` [s]; a load there at once has no before."""
+        run = self.run
+        return run.lost(self._time_of(amplitude, end), amplitude) if run.body.amplitude(run.t) < amplitude else None
 
     def numbers(self) -> dict[str, Any]:
         """The numbers that, with the state, make the next steps those of an uninterrupted run."""

@@ -41,6 +41,9 @@ class Moving(Protocol):
     def reaches_more(self) -> bool:
         """True if the body has come to another obstacle, which then is in the problem."""
 
+    def lost(self, t: float, amplitude: float) -> Reason | None:
+        """Why an equilibrium on the way, at the time t [s], is none to go on from: the material is unstable."""
+
     def accept(self, t: float, h: float, outcome: Outcome, error: float | None) -> Step:
         """Book a step to the time t [s], h [s] long."""
 

@@ -71,11 +71,6 @@ class Schedule:
         """The time within which the load changes [s]: the ramp, or the whole time without one."""
         return self.ramp_end_s or self.end_s
 
-    @property
-    def skips_the_ramp(self) -> bool:
-        """True if a load that comes on bit by bit may be put on at once."""
-        return self.ramp_end_s > 0 and not self.load_steps
-
     @cached_property
     def landings_s(self) -> tuple[float, ...]:
         """Times that are hit exactly: outputs, the ramp's end unless it is skipped, the end [s]."""

@@ -19,7 +19,7 @@ from cellmech.solver.instants import CLOSEST
 from cellmech.solver.load_steps import LoadSteps
 from cellmech.solver.newton import TOLERANCE, Outcome, Solver
 from cellmech.solver.rigid_modes import RigidModes
-from cellmech.solver.schedule import LOAD_STEPS, SMALL, Memory, Schedule, Step, Totals
+from cellmech.solver.schedule import SMALL, Memory, Schedule, Step, Totals
 from cellmech.solver.settling import NEARLY, settle
 from cellmech.solver.sizes import Sizes
 from cellmech.solver.state import State
@@ -73,7 +73,6 @@ class Simulation:
         self.stepping = TimeSteps(self) if body.rate_dependent else LoadSteps(self)
         unknowns = self.components * body.space.dofmap.index_map.size_global
         self.checkpoint_every = max(1, min(CHECKPOINT_STEPS, CHECKPOINT_WORK // unknowns))
-        self._beginning = self.memory() if schedule.skips_the_ramp and not body.rate_dependent else None
 
     def _touch(self, end_s: float) -> None:
         """Translate the resting body until the first quadrature point of the contact would feel the obstacle.
@@ -138,8 +137,6 @@ class Simulation:
             try:
                 step = self.stepping.advance()
             except Refused as refused:
-                if self._first_again(refused):
-                    continue
                 if self.totals.steps == 0 and refused.shown:
                     on_step(self._book())
                 raise
@@ -151,16 +148,6 @@ class Simulation:
                 self.solver.restart()  # as the solver of a run that goes on from here must
                 if on_checkpoint is not None:
                     on_checkpoint(self.memory())
-
-    def retrace(self) -> bool:
-        """Begin again, now along the ramp that was skipped; False where there is none to follow. Collective."""
-        if self._beginning is None or not self.schedule.skips_the_ramp:
-            return False
-        spent, start = self.totals, self._beginning
-        self.recall(Memory({**start.numbers, "load_steps": LOAD_STEPS}, start.fields))
-        self.totals = dataclasses.replace(spent, steps=0, rejected_steps=spent.rejected_steps + 1)
-        self.solver.restart()
-        return True
 
     def rate(self) -> float:
         """Largest nodal displacement rate over the last step [µm/s], 0 at constant load without memory."""
@@ -226,6 +213,10 @@ class Simulation:
         self._bind(body)
         before.close()
 
+    def lost(self, t: float, amplitude: float) -> Reason | None:
+        """Why the present displacement, an equilibrium on the way, is none to go on from. Collective."""
+        return None if self.acceptance is None else self.acceptance.lost_on_the_way(t, amplitude)
+
     def accept(self, t: float, h: float, outcome: Outcome, error: float | None) -> Step:
         """Take the present displacement as the state at time t [s], after a step h [s].
 
@@ -253,17 +244,11 @@ class Simulation:
         self.ledger.add_step(step.amplitude, step.dt_s)
         return step
 
-    def _first_again(self, refused: Refused) -> bool:
-        """True if the run begins again because the first state, after a ramp that was skipped, does not count."""
-        if self.totals.steps or not refused.shown or self.acceptance is None or not self.retrace():
-            return False
-        self.log(f"{refused}; the load is followed from the start, to where this happens")
-        self.acceptance.begin_again()
-        return True
-
     def no_way_on(self, reason: Reason, amplitude: float, t: float | None = None) -> Reason:
         """The reason of a failure with its place: the present time or t [s]."""
         place = f"{self.t if t is None else t:.6g} s, load amplitude {amplitude:.6g}: {reason}"
+        if reason.cause is Cause.ELLIPTICITY:  # which says where itself
+            return reason
         drowned = reason.cause is Cause.ROUND_OFF
         text = f"the solver stops beyond t = {place}" if drowned else f"no equilibrium beyond t = {place}"
         return Reason(reason.cause, text)

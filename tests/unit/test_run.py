@@ -7,9 +7,10 @@ import pytest
 from problems import block, displacement_space, hold, solid, wet
 
 from cellmech.causes import Cause, Reason
+from cellmech.errors import SolveError
 from cellmech.fem.coefficients import material_fields
 from cellmech.mechanics.balance import Body
-from cellmech.solver.load_steps import Equilibrium, LoadSteps, follow
+from cellmech.solver.load_steps import Equilibrium, Guess, LoadSteps, follow
 from cellmech.solver.newton import Outcome
 from cellmech.solver.schedule import Schedule, Totals
 from cellmech.solver.simulation import Simulation
@@ -32,41 +33,6 @@ def stretched(**schedule):
     return Simulation(
         Body(domain, material_fields(domain, {"solid": solid()}), space, bcs, **ramp), Schedule(2.0, **schedule), 2.0
     )
-
-
-def followed(run, memory=None, on_checkpoint=None):
-    """The states of a run that, where it can, begins again from its first one, and goes on from a memory if given."""
-    steps = []
-
-    def on_step(step):
-        if steps or not run.retrace():
-            steps.append((step.t_s, step.amplitude, *run.u))
-
-    if memory is not None:
-        run.recall(memory)
-    run.run(on_step, on_checkpoint)
-    return steps
-
-
-def test_skipped_ramp_can_be_followed_after_all_once():
-    run = stretched(ramp_end_s=1.0, load_steps=0)
-    steps = followed(run)
-    assert steps == followed(stretched(ramp_end_s=1.0))  # as if load steps had been asked for
-    assert [t for t, *_ in steps] == pytest.approx([k / 20 for k in range(1, 21)] + [2.0])
-    assert (run.totals.steps, run.totals.rejected_steps) == (21, 1)
-    assert not run.retrace()
-
-
-def test_there_is_nothing_to_follow_where_no_ramp_was_skipped():
-    for schedule in ({"ramp_end_s": 1.0}, {"load_steps": 0}):
-        assert not stretched(**schedule).retrace()
-    assert not creeping(ramp_end_s=1.0, load_steps=0).retrace()  # its steps follow the ramp in any case
-
-
-def test_run_that_follows_the_ramp_after_all_goes_on_so_from_a_checkpoint():
-    kept = []
-    steps = followed(stretched(ramp_end_s=1.0, load_steps=0), on_checkpoint=kept.append)
-    assert followed(stretched(ramp_end_s=1.0, load_steps=0), kept[0]) == steps[10:]
 
 
 def test_rate_is_the_largest_nodal_displacement_of_the_last_step_over_its_time():
@@ -115,6 +81,9 @@ def test_error_of_a_deformation_is_not_measured_by_the_way_of_a_fall():
     assert run.relative(way / 100) == pytest.approx(1e-2, rel=0.01)
 
 
+UNSTABLE = Reason(Cause.ELLIPTICITY, "a band")
+
+
 class Scripted:
     """Stands in for a run: a leap fails, and so does any exact or rough solve beyond `hard` in one step.
 
@@ -123,12 +92,16 @@ class Scripted:
 
     def __init__(self, hard, floor=np.inf):
         self.hard, self.floor, self.calls, self.u = hard, floor, [], np.zeros(1)
+        self.bears = np.inf  # up to here the material is stable
         self.totals, self.log = Totals(), lambda line: None
 
     def reaches_more(self):
         reached = self.u[0] >= self.floor
         self.floor = np.inf if reached else self.floor
         return reached
+
+    def lost(self, t, amplitude):
+        return UNSTABLE if amplitude > self.bears else None
 
     def solve(self, amplitude, rough=False, leap=False):
         self.calls.append((amplitude, rough, leap))
@@ -158,16 +131,61 @@ def test_what_is_reached_on_the_way_is_put_in_there():
     assert run.totals.failed_solves == 0
 
 
-@pytest.mark.parametrize(("amplitude", "begun"), [(0.25, 0.25), (0.5, 0.0), (0.75, 0.0)])
+def load_steps(run, first=0.5):
+    """Load steps of a load that grows as time does, to a first landing."""
+    run.t, run.body = 0.0, SimpleNamespace(amplitude=lambda t: t)
+    run.schedule = SimpleNamespace(next_load_step=lambda t: first, load_steps=0)
+    run.state = SimpleNamespace(update=lambda: None, rest=lambda: None)
+    run.no_way_on = lambda reason, amplitude, t: Reason(reason.cause, f"{amplitude}: {reason}")
+    run.accept = lambda t, h, outcome, error: (t, h)
+    return LoadSteps(run)
+
+
+@pytest.mark.parametrize(("amplitude", "begun"), [(0.25, True), (0.5, False), (0.75, False)])
 def test_run_begins_at_a_part_of_the_load_only_below_its_first_landing(amplitude, begun):
     """The load grows with time, to 0.5 at the first output: nothing is followed backwards from beyond that."""
     run = Scripted(hard=1.0)
-    run.t, run.body = 0.0, SimpleNamespace(amplitude=lambda t: t)
-    run.schedule = SimpleNamespace(next_load_step=lambda t: 0.5)
-    steps = LoadSteps(run)
-    run.u[:] = amplitude
-    steps.begin_at(amplitude)
-    assert (steps.last.amplitude, steps.last.u[0]) == (begun, begun)
+    steps = load_steps(run)
+    steps.begin_near(Guess(amplitude, np.array([amplitude]), 0.03125))
+    assert run.u[0] == amplitude
+    steps.advance()
+    assert run.calls[0] == ((amplitude, True, False) if begun else (0.5, False, True))
+    if begun:  # it goes on as carefully as the guess was made, and ever faster
+        assert [one for one, *_ in run.calls] == [0.25, 0.28125, 0.34375, 0.46875, 0.5]
+
+
+def test_guess_that_is_none_of_this_mesh_is_left_for_the_way_from_rest():
+    run = Scripted(hard=0.2)
+    run.solve(0.0)
+    here, outcome = follow(
+        run, Equilibrium(0.0, np.zeros(1)), 0.5, 1e-4, leap=True, guess=Guess(0.4, np.array([0.1]), 0.01)
+    )
+    assert outcome.converged and here.amplitude == 0.5
+    assert [one for one, *_ in run.calls[1:3]] == [0.4, 0.2]
+
+
+def test_load_is_followed_to_where_the_material_becomes_unstable():
+    """To a 64th of it, at no cost where the material is stable; the state there is booked, and nothing beyond."""
+    run = Scripted(hard=1.0)
+    run.bears = 0.7
+    steps = load_steps(run, first=1.0)
+    t, _ = steps.advance()
+    assert steps.stuck.cause is Cause.ELLIPTICITY
+    assert 0.7 - 1 / 64 <= steps.last.amplitude <= 0.7
+    assert t == pytest.approx(steps.last.amplitude) and run.u[0] == steps.last.amplitude
+    assert len(run.calls) <= 13
+    run.totals.steps = 1
+    with pytest.raises(SolveError, match="a band"):
+        steps.advance()
+
+
+def test_leap_to_an_unstable_state_is_none():
+    run = Scripted(hard=1.0)
+    run.solve = lambda amplitude, rough=False, leap=False: Scripted.solve(run, amplitude, rough)
+    here, outcome = follow(
+        run, Equilibrium(0.0, np.zeros(1)), 1.0, 1e-4, leap=True, judge=lambda a: None if a < 0.1 else UNSTABLE
+    )
+    assert 0.1 - 1 / 64 <= here.amplitude < 0.1 and outcome.reason == UNSTABLE
 
 
 def test_after_a_failure_equilibria_are_exact():
