@@ -38,7 +38,13 @@ class Equilibrium:
 
 @dataclass(frozen=True)
 class Guess:
-    """Nearly an equilibrium, of another mesh: load amplitude [-], displacement [µm]; the load step to go on with [-]."""
+    """Nearly an equilibrium, found elsewhere.
+
+    Args:
+        amplitude: of its load [-].
+        u: displacement [µm].
+        onward: load step to go on with [-].
+    """
 
     amplitude: float
     u: np.ndarray
