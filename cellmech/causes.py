@@ -72,6 +72,12 @@ class Cause(Enum):
     MESH = "mesh", "{told}", "Set mesh.size_um smaller."
     COMPILER = "compiler", "the compiler fails: {told}", "Install what the message names (make setup).", True
     DISK = "disk", "the disk refuses: {told}", "Make room, then start the same command again: it goes on.", True
+    MEMORY = (
+        "memory",
+        "memory does not suffice: {told}",
+        "Set mesh.size_um larger, or give a case more ranks on further nodes.",
+        True,
+    )
     INTERNAL = "internal", "internal error: {told}", "Report it with scene.toml and run.log.", True
     OTHER = "other", "{told}", "The message says what to do."
 

@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from cellmech.cell.footing import SIZE_OVER_RADIUS
-from cellmech.cell.setup import M_S2, Setup, material, mixed_layers
+from cellmech.cell.placed import M_S2
+from cellmech.cell.setup import Setup, material, mixed_layers
 from cellmech.mesh.disc import DiscSpec
 from cellmech.scene.inputs import MIXED_ABOVE
 from cellmech.scene.parts import LAYER_NAMES, Mesh

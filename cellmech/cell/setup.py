@@ -17,23 +17,22 @@ from petsc4py import PETSc
 from cellmech.causes import Cause
 from cellmech.cell.additions import Additions
 from cellmech.cell.layering import INSIDE_OUT, MERGED, MeshPlan, fade_of, shells, stiffness_Pa
-from cellmech.cell.meshing import mesh_spec
 from cellmech.cell.observables import Layout, Ring
+from cellmech.cell.placed import KG_M3, Placed
 from cellmech.errors import InputError, SolveError
 from cellmech.fem.boundary import boundary
 from cellmech.fem.coefficients import material_fields
 from cellmech.fem.domain import Domain, build_domain, whole
 from cellmech.fem.jit import displacement_space, pressure_space
 from cellmech.mechanics.balance import Body
-from cellmech.mechanics.contact import Contact, smooth_step
-from cellmech.mechanics.kinematics import GEOMETRIES
+from cellmech.mechanics.contact import smooth_step
 from cellmech.mechanics.laws import LAWS
 from cellmech.mechanics.materials import Material
 from cellmech.mechanics.obstacles import Flat, Obstacle, Pillar
 from cellmech.mesh.ball import BallSpec
 from cellmech.mesh.disc import DiscSpec
 from cellmech.scene.parts import LAYER_NAMES, LayerName
-from cellmech.scene.placement import STEEP, Placement, placement, rest_beside, slope_at
+from cellmech.scene.placement import STEEP, rest_beside, slope_at
 from cellmech.scene.scene import Scene
 from cellmech.scene.substrate import Upright, facing, standing, symmetric
 from cellmech.solver.acceptance import Acceptance
@@ -43,10 +42,6 @@ from cellmech.solver.rigid_modes import rigid_modes
 from cellmech.solver.schedule import LOAD_STEPS, SMALL, Schedule
 from cellmech.solver.simulation import Simulation
 from cellmech.solver.state import free_translations
-
-# Units inside: µm, s, Pa.
-KG_M3 = 1e-12  # kg/m^3 in Pa s^2/µm^2
-M_S2 = 1e6  # m/s^2 in µm/s^2
 
 NEAR = 5e-4  # of the radius: an obstacle that near is modelled from the start
 PLANES = {"axis": 0, "symmetry x": 0, "symmetry z": 2}  # facet groups, and the component that is held on each
@@ -129,7 +124,7 @@ def ramp(half_ramp_s: float) -> Callable[[float], float]:
     return amplitude
 
 
-class Setup:
+class Setup(Placed):
     """Everything a scene becomes before it runs (collective on comm).
 
     Args:
@@ -140,26 +135,12 @@ class Setup:
     """
 
     def __init__(self, scene: Scene, comm: MPI.Comm, plan: MeshPlan, additions: Additions = NONE) -> None:
-        self.comm, self.scene, self.half, self.additions = comm, scene, scene.cell.shape == "half", additions
-        self.kinematics = GEOMETRIES[scene.cell.geometry]
-        self.place: Placement = placement(scene)
-        self.lift_um = scene.cell.gap_um if self.place.touch and not scene.cell.inertia else 0.0
-        x, y, *z = self.place.centre
-        self.centre = (x, y - self.lift_um, *z)
-        self.interfaces = plan.interfaces(scene)
-        density = scene.cell.density_kg_m3 - scene.cell.medium_density_kg_m3
-        self.force_density = density * KG_M3 * scene.load.gravity_m_s2 * M_S2 * scene.load.factor
-        self.weight = self.force_density * self.kinematics.ball(scene.radius_um)
-        self.contact = self._contact()
-        self.spec = mesh_spec(scene, plan, self.centre, self.place.touch, self.weight, self.contact)
+        super().__init__(scene, plan)
+        self.comm, self.additions = comm, additions
+        self.refuse_what_is_too_large(comm)
         self.domain = _domain(self.spec, comm)
         self.obstacles = additions.beside(obstacles_of(scene), scene.radius_um if self.half else None)
         self.body, self.out_of_reach = self._body()
-
-    def _contact(self) -> Contact:
-        """The law of the contact, whether there are obstacles or not."""
-        settings = self.scene.contact
-        return Contact(settings.form, settings.penalty_Pa_per_um, getattr(settings, settings.width_key))
 
     @property
     def number_of_cells(self) -> int:
@@ -170,12 +151,6 @@ class Setup:
     def dofs(self) -> int:
         """Unknowns of the whole mesh."""
         return int(self.body.space.dofmap.index_map.size_global) * self.kinematics.components
-
-    @property
-    def force_scale(self) -> float:
-        """What residuals are measured by [Pa µm or pN]: the weight modelled, or a stiffness if there is none."""
-        soft = min(map(self.scene.layer_young_Pa, LAYER_NAMES))
-        return abs(self.weight) / self.scene.copies or 1e-3 * soft
 
     def _body(self) -> tuple[Body, list[Obstacle]]:
         scene, domain = self.scene, self.domain

@@ -35,9 +35,7 @@ def build_ball(spec: BallSpec) -> KeptModel:
         MeshError: Gmsh failed.
     """
     shells = shells_of(spec)
-    radii = [shells[-1][0]]
-    for shell, inside in pairwise(reversed(shells)):
-        radii.insert(0, radii[0] * inside[-1] / shell[0])
+    radii = grown(shells)
     corners = layered(spec, shells, radii, *_thick(spec, radii))
     for axis in "zx":
         if axis not in SYMMETRIC[spec.shape]:
@@ -68,6 +66,14 @@ def shells_of(spec: BallSpec) -> list[np.ndarray]:
         else:
             shells.append([outer])
     return [np.array(shell) for shell in shells]
+
+
+def grown(shells: list[np.ndarray]) -> list[float]:
+    """Radii of the spheres that Gmsh meshes between [µm]: each stack of thin layers has shrunk to one."""
+    radii = [float(shells[-1][0])]
+    for shell, inside in pairwise(reversed(shells)):
+        radii.insert(0, radii[0] * inside[-1] / shell[0])
+    return radii
 
 
 def _elements_across(spec: BallSpec, inner: float, outer: float) -> int:

@@ -26,6 +26,7 @@ from cellmech.cell.cascade import begin_near
 from cellmech.cell.description import describe_model
 from cellmech.cell.layering import MeshPlan, mesh_plan
 from cellmech.cell.observables import STRAINS, Observer
+from cellmech.cell.placed import Placed
 from cellmech.cell.setup import NONE, Setup
 from cellmech.errors import SolveError
 from cellmech.fem import fenicsx
@@ -34,6 +35,7 @@ from cellmech.results.field_files import write_fields
 from cellmech.results.records import CaseFolder, flatten
 from cellmech.scene.case import Case
 from cellmech.scene.files import scene_to_toml
+from cellmech.solver import room
 from cellmech.solver.acceptance import Refused
 from cellmech.solver.ellipticity import Stability
 from cellmech.solver.ellipticity_in_space import EllipticityInSpace, StabilityInSpace
@@ -48,6 +50,7 @@ OUT_OF_PLANE = (
     "waves that leave the plane, which no state here can show, lose ellipticity: {}: in space this state is not stable"
 )
 MEMORY_BASE_MB, MEMORY_PER_DOF_MB = 260.0, 0.012
+MESHED_AT_ONCE, COARSE = 1e6, 5e4  # unknowns up to which a case is described by its mesh, and of what stands in for it
 
 
 @dataclass(frozen=True)
@@ -63,12 +66,13 @@ class Progress:
 
 @dataclass(frozen=True)
 class Description:
-    """The model of a case, and its size."""
+    """The model of a case, and its size: exact, or estimated without a mesh, to some 10 %."""
 
     model: list[str]
     cells: int
     dofs: int
     memory_MB: float
+    estimated: bool = False
 
 
 def solve_case(
@@ -128,8 +132,8 @@ def _solve(
         for line in describe_model(setup, run).lines():
             folder.log(line)
         observer = Observer(run, setup.layout())
+        assert run.acceptance is not None
         accepted = run.acceptance
-        assert accepted is not None
         if (found := checkpoint.load(folder, setup.body.space)) is not None:
             memory, mine = found
             run.recall(memory)
@@ -254,7 +258,19 @@ def versions() -> dict[str, str]:
 
 
 def describe_case(case: Case, comm: MPI.Comm, plan: MeshPlan) -> Description:
-    """The model of a case and its size, without solving anything (collective on comm)."""
+    """The model of a case and its size, without solving anything (collective on comm).
+
+    What would take minutes to mesh is not: its size is estimated, and its model is that of a coarse mesh.
+    """
+    cells, dofs, needed = Placed(case.scene, plan).expected_size()
+    if dofs > MESHED_AT_ONCE:
+        mesh = case.scene.mesh.model_copy(update={"size_um": case.scene.mesh.size_um * (dofs / COARSE) ** (1 / 3)})
+        coarse = Setup(case.scene.model_copy(update={"mesh": mesh}), comm, plan)
+        model = describe_model(coarse).lines()
+        free = room.available_bytes(comm)
+        if needed > free:
+            model.append(f"warning: memory: it takes about {needed / 2**30:.3g} GiB; {free / 2**30:.3g} are free here")
+        return Description(model, cells, dofs, needed / 2**20, estimated=True)
     setup = Setup(case.scene, comm, plan)
     in_plane_MB = MEMORY_BASE_MB * comm.size + MEMORY_PER_DOF_MB * setup.dofs
     return Description(

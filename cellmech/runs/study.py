@@ -134,6 +134,9 @@ def check(command: Command, case: Any) -> None:
                 continue
             elements = "tetrahedra" if chosen.scene.cell.geometry == "3d" else "triangles"
             size = f"{found.cells:,} {elements}, {found.dofs:,} unknowns, about {found.memory_MB:,.0f} MB"
+            if found.estimated:
+                size = f"about {found.cells:.2g} {elements} and {found.dofs:.2g} unknowns (estimated, not meshed), "
+                size += f"about {found.memory_MB / 1024:,.3g} GiB"
             say("\n  ".join([f"{command.label(order, chosen)}: {size}", *found.model]))
     if command.options.json:
         say(json_text({"cases": cases}).rstrip())

@@ -97,7 +97,10 @@ class _Attempt:
             reason, trace = refusal(error), traceback.format_exc()
         except Exception as error:
             text = " ".join(str(error).split())  # one line; PETSc's have many
-            reason, trace = Cause.INTERNAL.reason(told=f"{type(error).__name__}: {text}"), traceback.format_exc()
+            if isinstance(error, MemoryError) and text:
+                reason, trace = Cause.MEMORY.reason(told=text), traceback.format_exc()
+            else:
+                reason, trace = Cause.INTERNAL.reason(told=f"{type(error).__name__}: {text}"), traceback.format_exc()
         reason, trace = self._agree(reason, trace)
         if reason is not None:
             took = {"wall_s": time.perf_counter() - begun, "ranks": self.comm.size}

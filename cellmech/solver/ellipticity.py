@@ -178,10 +178,10 @@ class StabilityWatch:
 
     def look(self, strain: float | None = None) -> Stability | StabilityInSpace:
         """The least margin of the current state. Collective."""
-        now = self._strain() if strain is None else strain
-        if self._last[1] is None or now != self._last[0]:  # the same to the last digit: the same state
-            self._last = (now, self._ellipticity.find())
-        found = self._last[1]
+        now, (before, found) = self._strain() if strain is None else strain, self._last
+        if found is None or now != before:  # the same to the last digit: the same state
+            found = self._ellipticity.find()
+            self._last = (now, found)
         self.seen = (now, 1.0 if found.margin is None else found.margin)
         return found
 

@@ -55,19 +55,20 @@ def _free_here() -> float:
     return free
 
 
-def refuse_without(needed: float, unknowns: int, comm: MPI.Comm) -> None:
+def refuse_without(needed: float, unknowns: int, comm: MPI.Comm, surely: float = 1.0) -> None:
     """Refuse a body that takes more than there is. Collective.
 
     Args:
         needed: memory that it takes [bytes].
         unknowns: of the displacement.
         comm: of its ranks.
+        surely: share of it that it takes in any case [-], if it is estimated.
 
     Raises:
         MemoryError: on every rank, with how much coarser a mesh would fit.
     """
-    if needed <= (free := available_bytes(comm)):
+    if surely * needed <= (free := available_bytes(comm)):
         return
     wider = (needed / free) ** (1 / 3)  # memory grows a little faster than 1/size^3: it fits
-    rule = f"memory will not suffice: {unknowns} unknowns need about {needed / GIB:.3g} GiB, {free / GIB:.3g} are free"
+    rule = f"{unknowns:,} unknowns need about {needed / GIB:.3g} GiB, {free / GIB:.3g} are free"
     raise MemoryError(f"{rule}. A mesh.size_um {wider:.2f} times as large would fit, or more ranks on further nodes")

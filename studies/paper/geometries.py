@@ -33,9 +33,10 @@ def geometries_section(folder: Path, paper: Paper) -> Section:
         "Table 1 at 18,000 s on the paper's pillar: an endless ridge in the plane, a round pillar in the others. q0 is "
         "the value at rest, 2, 2, 1 in the plane and in print, 3, 3, 1 elsewhere."
     )
-    rows = []
+    rows, told = [], [text]
     for law, style in LAWS.items():
         cases = {name: _case(folder / f"law={law},geometry={name}") for name in GEOMETRIES}
+        told += [f"{style.label}, {GEOMETRIES[name]}: {said}" for name, case in cases.items() if (said := _said(case))]
         printed = paper.table("fig2")[law].values
         for words, key, strain, in_print in NUMBERS:
             found = [_number(case, key, strain) for case in cases.values()]
@@ -45,17 +46,25 @@ def geometries_section(folder: Path, paper: Paper) -> Section:
             cells = (style.label, words, *map(_shown, (theirs, *found)), difference)
             record = {"law": law, "number": key, "printed": theirs, **dict(zip(GEOMETRIES, found, strict=True))}
             rows.append(Row(cells, record))
-    return Section("geometries", "Table 1 in three geometries", text, header, rows)
+    return Section("geometries", "Table 1 in three geometries", "\n\n".join(told), header, rows)
 
 
 def _case(folder: Path) -> Result | None:
     return load(folder) if (folder / "result.json").is_file() else None
 
 
+def _said(case: Result | None) -> str:
+    """Why a case has no numbers, or what they leave out; "" where nothing is to be said."""
+    if case is None:
+        return "not solved yet."
+    lost = case.result["model"]["warnings"].get("ellipticity in space", "") if not case.failure else case.failure
+    return f"{lost}." if lost else ""
+
+
 def _number(case: Result | None, key: str, strain: str) -> float:
     if case is None or case.failure:
         return math.nan
-    return case.number(key) - (case.result["rest"][strain] if strain else 0.0)
+    return case.number(key) - (case.rest(strain) if strain else 0.0)
 
 
 def _shown(value: float) -> str:

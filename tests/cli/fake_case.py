@@ -41,6 +41,7 @@ class Description:
     cells: int
     dofs: int
     memory_MB: float
+    estimated: bool = False
 
 
 def mesh_plan(scene):

@@ -91,6 +91,7 @@ def test_cases_are_solved_told_of_and_recorded(sweep, tmp_path):
         (IndexError("a\n b"), "internal error: IndexError: a b", "internal", True),
         (AssertionError(), "internal error: AssertionError: ", "internal", True),
         (MemoryError(), "internal error: MemoryError: ", "internal", True),
+        (MemoryError("no\n room"), "memory does not suffice: no room", "memory", True),
     ],
 )
 def test_error_of_a_case_is_its_result_and_the_next_goes_on(sweep, tmp_path, error, reason, cause, traced):
