@@ -203,7 +203,8 @@ def test_body_that_takes_more_memory_than_there_is_is_refused_with_the_size_that
     unknowns = body.space.dofmap.index_map.size_global * 3
     needed = room.needed_bytes(unknowns, 2, False)
     monkeypatch.setattr(room, "available_bytes", lambda comm: needed / 8)
-    with pytest.raises(MemoryError, match=rf"{unknowns:,} unknowns need about .* GiB.*mesh.size_um 2\.00 times as large"):
+    told = rf"{unknowns:,} unknowns need about .* GiB.*mesh.size_um 2\.00 times as large"
+    with pytest.raises(MemoryError, match=told):
         choose(body)
     monkeypatch.setattr(room, "available_bytes", lambda comm: needed * 1.01)
     choose(body)
