@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from cellmech.cell.footing import SIZE_OVER_RADIUS
 from cellmech.cell.placed import M_S2
 from cellmech.cell.setup import Setup, material, mixed_layers
+from cellmech.mechanics.drivers import Actin, Adhesion
 from cellmech.mesh.disc import DiscSpec
 from cellmech.scene.inputs import MIXED_ABOVE
 from cellmech.scene.parts import LAYER_NAMES, Mesh
@@ -94,7 +95,14 @@ def describe_model(setup: Setup, run: Simulation | None = None, found: Mapping[s
 
 
 def _warnings(scene: Scene) -> dict[str, str]:
-    return {**_yeoh_warning(scene), **_locking_warning(scene)}
+    return {**_yeoh_warning(scene), **_locking_warning(scene), **_driver_warnings(scene)}
+
+
+def _driver_warnings(scene: Scene) -> dict[str, str]:
+    if scene.adhesion is None or scene.time.history:
+        return {}
+    told = "time.history is false: where a surface jumps into contact, the end depends on the way there"
+    return {"adhesion": f"{told}, and only an equilibrium that the load leads to without a jump is found"}
 
 
 def _yeoh_warning(scene: Scene) -> dict[str, str]:
@@ -155,7 +163,8 @@ def _hints(setup: Setup) -> dict[str, str]:
             + (" about x = 0" if cell.centre_x_um else "")
             + ", which mirrors its pillars, gives the same numbers with half the unknowns"
         )
-    if scene.time.history and not cell.inertia and scene.rest_s > AT_REST * scene.relaxation_s:
+    alone = scene.adhesion is None and not scene.medium.viscosity_Pa_s  # else the way there may decide
+    if scene.time.history and alone and not cell.inertia and scene.rest_s > AT_REST * scene.relaxation_s:
         hints["history"] = "time.history = false finds the same end state directly, without what happens on the way"
     third, second = Mesh().size_um, Mesh(order=2).size_um
     if scene.cell.geometry != "3d" and scene.mesh.order == 2 and scene.mesh.size_um > 2 * second:
@@ -196,12 +205,33 @@ def _describe_pressure(setup: Setup, modelled: dict[str, str], left: dict[str, s
         left["pressure as an unknown"] = "not asked for; see the warning"
 
 
+def _describe_drivers(setup: Setup, modelled: dict[str, str], left: dict[str, str]) -> None:
+    """Adhesion, actin and drag; nothing of what a scene does not have."""
+    scene = setup.scene
+    for one, driver in zip(scene.drivers, setup.body.drivers, strict=True):
+        grows = f"whole at {one.start_s + 2 * one.half_ramp_s:g} s"
+        if isinstance(driver, Adhesion):
+            above = "" if driver.above_um is None else f", above y = {driver.above_um:g} um"
+            modelled["adhesion"] = (
+                f"{driver.work_Pa_um:g} uJ/m2 per reference area within {driver.range_um:g} um of "
+                f"{' and '.join(scene.adhesion.on if scene.adhesion else ())}{above}, {grows}"
+            )
+        elif isinstance(driver, Actin):
+            place = scene.actin[scene.actin.index(one)].where
+            modelled[driver.name.replace("_", " ")] = f"{driver.stress_Pa:g} Pa, {driver.direction}, {place}, {grows}"
+    if setup.body.drag is not None:
+        modelled["drag"] = f"of the medium on the outline, {scene.medium.viscosity_Pa_s:g} Pa s"
+    elif scene.medium.viscosity_Pa_s:
+        left["drag"] = "time.history is false"
+
+
 def _describe_rest(setup: Setup, modelled: dict[str, str], left: dict[str, str]) -> None:
     scene = setup.scene
     if setup.weight:
         modelled["gravity"] = f"{setup.force_density:.6g} Pa/um per reference volume at full load"
     else:
         left["gravity"] = "the load is zero"
+    _describe_drivers(setup, modelled, left)
     if setup.lift_um:
         modelled["first touch"] = f"moved down by {setup.lift_um:g} um: without inertia the fall needs no solving"
     if setup.place.slide_um:

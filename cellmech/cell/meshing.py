@@ -53,7 +53,8 @@ def mesh_spec(
         interfaces=plan.interfaces(scene),
         nucleus_radius_um=scene.nucleus_radius_um,
         size_um=scene.mesh.size_um,
-        contact_size_um=scene.mesh.contact_size_um,
+        contact_size_um=scene.mesh.contact_size_um
+        or _within_the_range(scene, plan.grading.contact * scene.mesh.size_um),
         order=min(scene.mesh.order, 2),
         thin_layers=scene.mesh.thin_layers,
         touch=tuple((t.at[0], t.at[1]) for t in touch),
@@ -86,8 +87,14 @@ def _zones(scene: Scene, touch: tuple[Touch, ...], weight: float) -> tuple[Zone,
         effective = 1 / (1 / radius + max(mean_curvature(arch, t.at, STEP * radius), 0.0))
         zone = contact_zone_um(scene, weight / (sum(images) * max(t.normal[1], STEEP)), effective)
         size = BALL.contact * scene.mesh.size_um * min(1.0, zone / (BALL.zone * radius))
-        zones.append(Zone(t.at, scene.mesh.contact_size_um or size, zone))
+        zones.append(Zone(t.at, scene.mesh.contact_size_um or _within_the_range(scene, size) or size, zone))
     return tuple(zones)
+
+
+def _within_the_range(scene: Scene, usual_um: float) -> float | None:
+    """Size of elements that do not miss a pull [µm], where that is less than the usual one."""
+    reach = scene.adhesion.range_um if scene.adhesion is not None else math.inf
+    return reach if reach < usual_um else None
 
 
 def mean_curvature(obstacle: Obstacle, at: tuple[float, ...], step: float) -> float:

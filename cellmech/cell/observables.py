@@ -268,7 +268,8 @@ class Observer:
     def _contact(self) -> dict[str, float | None]:
         run, layout = self.run, self.layout
         force = run.ledger.contact_force() * layout.copies
-        weight = 0.0 - float(run.ledger.load_resultant()[1]) * run.ledger.amplitude * layout.copies
+        dead = run.body.dead(run.ledger.amplitude)
+        weight = 0.0 - float(run.ledger.load_resultant()[1]) * dead * layout.copies
         unit = self.kinematics.force_unit.replace(" ", "_x_")
         result: dict[str, float | None] = {
             f"force_{unit}": float(force[1]),
@@ -280,6 +281,9 @@ class Observer:
             "lift_um": layout.lift_um,
             "slide_um": layout.slide_um,
         }
+        for driver in run.body.drivers:
+            if driver.reach_um > 0:
+                result[f"{driver.name}_{unit}"] = 0.0 - float(run.ledger.resultant(driver.name)[1]) * layout.copies
         obstacles: tuple[Obstacle, ...] = (*run.body.obstacles, *run.out_of_reach)
         if run.body.contact is not None and obstacles:
             contact = run.body.contact
@@ -299,16 +303,17 @@ class Observer:
     def _energy(self) -> dict[str, float | None]:
         ledger, copies = self.run.ledger, self.layout.copies
         stored = {"stored": ledger.stored() * copies}
+        body, works = self.run.body, {name: work * copies for name, work in ledger.works.items()}
+        pulled = {f"{driver.name}_work": works[driver.name] for driver in body.drivers}
+        spent = stored | {"dissipated": works["viscous"], "contact_work": -works["contact"]}
+        if "drag" in works:
+            spent["drag_work"] = works["drag"]
         if not self.run.has_a_way:
-            return {**dict.fromkeys(("gravity_work", "dissipated", "contact_work", "balance_error")), **stored}
-        energies = stored | {
-            "dissipated": ledger.dissipated * copies,
-            "contact_work": ledger.contact_work * copies,
-        }
-        if self.run.body.density is not None:
-            energies["kinetic"] = ledger.kinetic() * copies
-        work = ledger.load_work * copies
-        return {"gravity_work": work, **energies, "balance_error": work - sum(energies.values())}
+            return dict.fromkeys(("gravity_work", *pulled, *spent, "balance_error")) | stored
+        if body.density is not None:
+            spent["kinetic"] = ledger.kinetic() * copies
+        given = {"gravity_work": works["load"], **pulled}
+        return {**given, **spent, "balance_error": sum(given.values()) - sum(spent.values())}
 
 
 def point_fields(observer: Observer) -> dict[str, np.ndarray]:

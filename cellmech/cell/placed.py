@@ -35,7 +35,8 @@ class Placed:
         self.scene, self.half = scene, scene.cell.shape == "half"
         self.kinematics = GEOMETRIES[scene.cell.geometry]
         self.place: Placement = placement(scene)
-        self.lift_um = scene.cell.gap_um if self.place.touch and not scene.cell.inertia else 0.0
+        falls = scene.cell.inertia or self.sinks
+        self.lift_um = scene.cell.gap_um if self.place.touch and not falls else 0.0
         x, y, *z = self.place.centre
         self.centre = (x, y - self.lift_um, *z)
         self.interfaces = plan.interfaces(scene)
@@ -44,6 +45,11 @@ class Placed:
         self.weight = self.force_density * self.kinematics.ball(scene.radius_um)
         self.contact = self._contact()
         self.spec = mesh_spec(scene, plan, self.centre, self.place.touch, self.weight, self.contact)
+
+    @property
+    def sinks(self) -> bool:
+        """True if the medium's drag lets the cell move without inertia."""
+        return self.scene.medium.viscosity_Pa_s > 0 and self.scene.time.history and not self.scene.cell.inertia
 
     def _contact(self) -> Contact:
         """The law of the contact, whether there are obstacles or not."""

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
 import numpy as np
 import ufl
+from dolfinx import fem
 
 from cellmech.fem.jit import PointValues
+from cellmech.mechanics.balance import Body
+from cellmech.mechanics.drivers import Actin
 from cellmech.mechanics.invariants import reported_strains
 from cellmech.mechanics.kinematics import deformation_gradient, green_lagrange
 from cellmech.mechanics.materials import MaterialField
@@ -26,17 +29,24 @@ HIGHEST, LOWEST = slice(4 * N, 4 * N + 2), slice(4 * N + 2, 4 * N + 5)  # gradie
 SIZE, INTEGRALS = 4 * N + 5, slice(4 * N + 6, 5 * N + 6)
 
 
-def state_quantities(state: State, material: MaterialField) -> Any:
+def state_quantities(state: State, material: MaterialField, active: Any = None) -> Any:
     """(sigma_Mises [Pa], J1, J2, J3 less their values at rest, pressure [Pa], det F) as a UFL vector.
 
     sigma_Mises is the von Mises norm of the full 3-D Cauchy stress of the whole material, sigma_zz included; the
     pressure is minus a third of its trace. J1, J2, J3 of a mixed solid have the volume of its pressure.
+
+    Args:
+        state: of the body.
+        material: of the cells.
+        active: second Piola-Kirchhoff stress besides the material's [Pa], if there is any.
     """
     k = state.kinematics
     F, E = deformation_gradient(state.u, k), green_lagrange(state.u, k)
     S = material.solid(E, state.p)[1]
     if material.rate_dependent:
         S = S + material.fluid(F, state.strain_rate())
+    if active is not None:
+        S = S + active
     sigma = F * S * F.T / ufl.det(F)
     deviator = ufl.dev(sigma)
     mises = ufl.sqrt(1.5 * ufl.inner(deviator, deviator))
@@ -53,10 +63,15 @@ class Samples:
         inside = body.domain.cell_tags.indices < len(tags)
         tags[body.domain.cell_tags.indices[inside]] = body.domain.cell_tags.values[inside]
         self._parts, state = [], run.state.parts()
-        for material in body.materials:
-            numbers = [body.domain.cells[name] for name in material.names]
+        self._run = run
+        self._shares: list[tuple[fem.Constant, Callable[[float], float]]] = []
+        apart = any(isinstance(driver, Actin) and driver.sector.names for driver in body.drivers)
+        pieces = [(m, names) for m in body.materials for names in ([(n,) for n in m.names] if apart else [m.names])]
+        for material, names in pieces:
+            numbers = [body.domain.cells[name] for name in names]
             rows = np.flatnonzero(np.isin(tags[cells], numbers))
-            self._parts.append((rows, PointValues(state_quantities(state, material), points, mesh.comm)))
+            quantities = state_quantities(state, material, self._active(body, names))
+            self._parts.append((rows, PointValues(quantities, points, mesh.comm)))
         strain = ufl.as_vector(entries_of(green_lagrange(state.u, body.kinematics)))
         self._strain = PointValues(strain, points[:n_max], mesh.comm)
         place = ufl.as_vector([*ufl.SpatialCoordinate(mesh), ufl.JacobianDeterminant(mesh)])
@@ -66,8 +81,23 @@ class Samples:
         self.groups = tags[cells]
         self.values = np.zeros((len(cells), len(points), GREATEST + 1))
 
+    def _active(self, body: Body, names: Sequence[str]) -> Any:
+        """Active stress in these groups of cells at the strength of now [Pa]; None where there is none."""
+        stresses = []
+        for driver in body.drivers:
+            if not isinstance(driver, Actin):
+                continue
+            where = driver.sector.names
+            if where is None or set(names) <= set(where):
+                share = fem.Constant(body.domain.mesh, 0.0)
+                self._shares.append((share, driver.share))
+                stresses.append(share * driver.stress(body))
+        return sum(stresses[1:], stresses[0]) if stresses else None
+
     def update(self) -> None:
         """Evaluate at the current state."""
+        for constant, share in self._shares:
+            constant.value = share(self._run.ledger.amplitude)
         for rows, values in self._parts:
             if len(rows):
                 self.values[rows, :, :LEAST] = values(self.cells[rows])

@@ -16,6 +16,7 @@ from petsc4py import PETSc
 
 from cellmech.causes import Cause
 from cellmech.cell.additions import Additions
+from cellmech.cell.driving import driven
 from cellmech.cell.layering import INSIDE_OUT, MERGED, MeshPlan, fade_of, shells, stiffness_Pa
 from cellmech.cell.observables import Layout, Ring
 from cellmech.cell.placed import KG_M3, Placed
@@ -31,7 +32,7 @@ from cellmech.mechanics.materials import Material
 from cellmech.mechanics.obstacles import Flat, Obstacle, Pillar
 from cellmech.mesh.ball import BallSpec
 from cellmech.mesh.disc import DiscSpec
-from cellmech.scene.parts import LAYER_NAMES, LayerName
+from cellmech.scene.parts import LAYER_NAMES, Actin, LayerName
 from cellmech.scene.placement import STEEP, rest_beside, slope_at
 from cellmech.scene.scene import Scene
 from cellmech.scene.substrate import Upright, facing, standing, symmetric
@@ -112,18 +113,6 @@ def obstacles_of(scene: Scene) -> dict[str, Obstacle]:
     return found
 
 
-def ramp(half_ramp_s: float) -> Callable[[float], float]:
-    """t_g(t) [-]: the C2 step from 0 at t = 0 to 1 at t = 2 T_g (eq. 25); 1 at once for T_g = 0."""
-
-    def amplitude(t: float) -> float:
-        if half_ramp_s == 0:
-            return 1.0
-        s = min(max(t / (2 * half_ramp_s), 0.0), 1.0)
-        return s**3 * (10 - 15 * s + 6 * s**2)
-
-    return amplitude
-
-
 class Setup(Placed):
     """Everything a scene becomes before it runs (collective on comm).
 
@@ -170,7 +159,7 @@ class Setup(Placed):
             body_force=tuple(-self.force_density if k == 1 else 0.0 for k in range(self.kinematics.components)),
             contact=contact,
             density=scene.cell.density_kg_m3 * KG_M3 if scene.cell.inertia else None,
-            amplitude=ramp(scene.load.half_ramp_s),
+            **driven(scene, self.centre, self.obstacles, None if smeared else [name for name, _ in self.interfaces]),
             bulk_degree=scene.mesh.quadrature_degree,
             contact_degree=scene.contact.quadrature_degree,
             pressure_space=pressure_space(domain.mesh) if mixed else None,
@@ -178,7 +167,7 @@ class Setup(Placed):
             shells=shells(scene, self.interfaces),
         )
         outline, rest = boundary(domain, space, "outer"), fem.Function(space)
-        gap = -max(self.contact.width, NEAR * scene.radius_um)
+        gap = -max(self.contact.width, NEAR * scene.radius_um, body.reach_um)
         depths = {label: outline.max_depth(rest, [o]) for label, o in self.obstacles.items()}
         for label in self.additions.obstacles:
             if depths[label] > OVERLAP * scene.radius_um:
@@ -225,12 +214,12 @@ class Setup(Placed):
 
     @property
     def falls(self) -> bool:
-        """True if the cell begins in the air and its fall is computed."""
-        return self.scene.cell.inertia and (self.scene.cell.gap_um > 0 or not self.place.touch)
+        """True if the cell begins in the air and its fall, or its sinking, is computed."""
+        return (self.scene.cell.inertia or self.sinks) and (self.scene.cell.gap_um > 0 or not self.place.touch)
 
     def refuse_without_equilibrium(self) -> None:
         """Raise SolveError where statics alone says that there is none."""
-        if self.scene.cell.inertia or self.weight == 0:
+        if self.scene.cell.inertia or self.sinks or self.weight == 0 or self.scene.drivers:
             return
         if self.weight < 0:
             raise SolveError(Cause.FLOATS.reason())
@@ -282,15 +271,23 @@ class Setup(Placed):
             return max(SMALL_FALL * self._fall_um(), LEAST_FALL * self.scene.radius_um)
         scene = self.scene
         soft = min(stiffness_Pa(scene, name) for name in LAYER_NAMES)
-        load, radius = abs(self.force_density) * self.body.amplitude(self.scene.time.end_s), self.scene.radius_um
-        return min(SMALL * load * radius**2 / soft, 1e-2 * radius)
+        body, radius = self.body, self.scene.radius_um
+        load = abs(self.force_density) * radius * body.dead(body.amplitude(self.scene.time.end_s))
+        for one in scene.drivers:
+            load += abs(one.stress_Pa) if isinstance(one, Actin) else one.work_uJ_m2 / radius
+        return min(SMALL * load * radius / soft, 1e-2 * radius)
 
     def _fall_um(self) -> float:
         """Way that the cell falls by the first time that is reported, or to first touch if that is less [µm]; > 0."""
         scene = self.scene
         t = np.linspace(0.0, min((*scene.output.times_s, scene.time.end_s)), 201)
         g = self.force_density / (scene.cell.density_kg_m3 * KG_M3)
-        speed = np.cumsum([self.body.amplitude(moment) for moment in t]) * t[1] * g
+        load = np.array([self.body.dead(self.body.amplitude(moment)) for moment in t])
+        if self.body.drag is not None:
+            surface = self.kinematics.directions * self.kinematics.ball(scene.radius_um) / scene.radius_um
+            speed = load * self.weight / (self.body.drag * surface)
+        else:
+            speed = np.cumsum(load) * t[1] * g
         way = float(np.sum(speed) * t[1])
         gap = scene.cell.gap_um if self.place.touch and scene.cell.gap_um > 0 else math.inf
         return min(way, gap) or scene.radius_um

@@ -9,6 +9,7 @@ from typing import Any, Protocol
 import ufl
 
 from cellmech.mechanics.contact import Contact
+from cellmech.mechanics.drivers import Driver
 from cellmech.mechanics.kinematics import PLANE_STRAIN, Kinematics, deformation_gradient, green_lagrange
 from cellmech.mechanics.materials import MaterialField
 from cellmech.mechanics.obstacles import Obstacle
@@ -50,7 +51,10 @@ class Body:
         contact: how obstacles push, None without any.
         obstacles: the obstacles that are modelled.
         density: [Pa s^2/µm^2] when inertia is modelled, None for a quasi-static body.
-        amplitude: load factor as a function of time [s], 0 … 1.
+        amplitude: load factor as a function of time [s], 0 … 1; with drivers, the progress of all (`Timeline`).
+        dead: share of the dead loads that acts at an amplitude [-]; all of it without drivers.
+        drivers: what pulls besides the dead loads.
+        drag: traction against the outline's velocity [Pa s/µm], None without a medium that resists.
         bulk_degree, contact_degree: quadrature degrees.
         pressure_space: discontinuous functions for the pressure of mixed materials, if there are any.
         kinematics: what the mesh means in space.
@@ -68,6 +72,9 @@ class Body:
     obstacles: tuple[Obstacle, ...] = ()
     density: float | None = None
     amplitude: Callable[[float], float] = lambda t: 1.0
+    dead: Callable[[float], float] = lambda amplitude: amplitude
+    drivers: tuple[Driver, ...] = ()
+    drag: float | None = None
     bulk_degree: int = BULK_DEGREE
     contact_degree: int = CONTACT_DEGREE
     pressure_space: Any = None
@@ -77,7 +84,18 @@ class Body:
     @property
     def rate_dependent(self) -> bool:
         """True if any stress depends on rate, or inertia is modelled: whether time is more than a load parameter."""
-        return self.density is not None or any(m.rate_dependent for m in self.materials)
+        return self.resisted or any(m.rate_dependent for m in self.materials)
+
+    @property
+    def resisted(self) -> bool:
+        """True if inertia or a medium resists a translation."""
+        return self.density is not None or self.drag is not None
+
+    @property
+    def reach_um(self) -> float:
+        """Gap to an obstacle across which it acts on the body [µm]; negative for a depth."""
+        contact = -self.contact.threshold_um if self.contact is not None else 0.0
+        return max([contact, *(driver.reach_um for driver in self.drivers)])
 
     @property
     def symmetric(self) -> bool:
@@ -125,6 +143,16 @@ def viscous_work(body: Body, state: Motion, w: Any) -> ufl.Form | None:
     return sum(terms) if terms else None
 
 
+def drag_work(body: Body, state: Motion, w: Any) -> ufl.Form | None:
+    """Virtual work against the medium, int c v . w dA over the outline [Pa µm]; None without a medium that resists.
+
+    With c = 3 eta/(2 R) this is Stokes' traction on a rigid sphere, which is uniform: in all 6 pi eta R v.
+    """
+    if body.drag is None:
+        return None
+    return body.along(body.domain.constant(body.drag) * ufl.dot(state.velocity(), w), ("outer",))
+
+
 def inertial_work(body: Body, state: Motion, w: Any) -> ufl.Form | None:
     """Virtual work of rho a [Pa µm] (eq. 32); None for a quasi-static body."""
     if body.density is None:
@@ -157,19 +185,24 @@ def load_work(body: Body, w: Any) -> ufl.Form:
     return work
 
 
-def equilibrium(body: Body, state: Motion, amplitude: Any) -> tuple[ufl.Form, ufl.Form]:
+def equilibrium(body: Body, state: Motion, amplitude: Any, shares: Sequence[Any] = ()) -> tuple[ufl.Form, ufl.Form]:
     """Residual R(u; w) of eq. 32 [Pa µm] and its tangent K = dR/du, always by `ufl.derivative`.
 
-    With mixed materials K is the tangent at fixed pressure; `cellmech.solver.saddle` has the rest. The unknown is
-    `state.u`, or `now.part` of a state that is written as part and offset.
+    The dead loads have this amplitude and each driver its share. With mixed materials K is the tangent at fixed
+    pressure; `cellmech.solver.saddle` has the rest. The unknown is `state.u`, or `now.part` of a state that is written
+    as part and offset.
     """
     w, du = ufl.TestFunction(body.space), ufl.TrialFunction(body.space)
     unknown = state.u if isinstance(state.u, ufl.Coefficient) else state.now.part
     R = internal_work(body, state, w) - amplitude * load_work(body, w)
-    for resisting in (viscous_work(body, state, w), inertial_work(body, state, w)):
+    for resisting in (viscous_work(body, state, w), drag_work(body, state, w), inertial_work(body, state, w)):
         if resisting is not None:
             R += resisting
     contact = contact_work(body, state, w)
     if contact is not None:
         R -= contact
+    for driver, share in zip(body.drivers, shares, strict=True):
+        pull = driver.work(body, state.u, w)
+        if pull is not None:
+            R -= share * pull
     return R, ufl.derivative(R, unknown, du)

@@ -65,6 +65,9 @@ class Kinematics(Protocol):
     def hertz_um(self, force: float, radius: float, modulus: float) -> float:
         """Half-width of the contact of a round body on a rigid flat [µm], modulus E/(1 - nu^2) [Pa] (Hertz)."""
 
+    def adhering_um(self, work: float, radius: float, modulus: float) -> float:
+        """The same without load, by adhesion [Pa µm] alone (Johnson, Kendall & Roberts 1971; in the plane Barquins)."""
+
 
 @dataclass(frozen=True)
 class PlaneStrain:
@@ -107,6 +110,10 @@ class PlaneStrain:
         """See `Kinematics`."""
         return 2.0 * math.sqrt(force * radius / (math.pi * modulus))
 
+    def adhering_um(self, work: float, radius: float, modulus: float) -> float:
+        """See `Kinematics`: a^3 = 32 w R^2/(pi E*)."""
+        return float((32.0 * work * radius**2 / (math.pi * modulus)) ** (1 / 3))
+
 
 @dataclass(frozen=True)
 class ThreeD:
@@ -144,6 +151,10 @@ class ThreeD:
     def hertz_um(self, force: float, radius: float, modulus: float) -> float:
         """See `Kinematics`."""
         return float((0.75 * force * radius / modulus) ** (1 / 3))
+
+    def adhering_um(self, work: float, radius: float, modulus: float) -> float:
+        """See `Kinematics`: a^3 = 9 pi w R^2/(2 E*)."""
+        return float((4.5 * math.pi * work * radius**2 / modulus) ** (1 / 3))
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from pydantic_core import ErrorDetails
 
 from cellmech.errors import InputError
 from cellmech.scene.keys import brief, check_tables, unknown
-from cellmech.scene.parts import LAYER_NAMES
+from cellmech.scene.parts import LAYER_NAMES, Medium
 from cellmech.scene.scene import Scene
 
 
@@ -50,9 +50,10 @@ def _input_error(detail: ErrorDetails, where: str) -> InputError:
 def scene_to_toml(scene: Scene) -> str:
     """The complete resolved scene as TOML; reading it gives an equal scene."""
     data = _data(scene)
-    # tomli_w would squeeze the pillars into one line at the top
-    pillars = data.pop("pillar") if scene.pillar else ()
-    return tomli_w.dumps(data) + "".join(f"\n[[pillar]]\n{tomli_w.dumps(pillar)}" for pillar in pillars)
+    # tomli_w would squeeze these into one line each at the top
+    tables = {name: data.pop(name) for name in ("pillar", "actin") if data.get(name)}
+    written = (f"\n[[{name}]]\n{tomli_w.dumps(one)}" for name, many in tables.items() for one in many)
+    return tomli_w.dumps(data) + "".join(written)
 
 
 def scene_hash(scene: Scene) -> str:
@@ -68,4 +69,7 @@ def _data(scene: Scene) -> dict[str, Any]:
     data = scene.model_dump(by_alias=True, exclude_none=True)
     if scene.flat is None:
         data["flat"] = False  # absent would mean Table 1's
+    for name, absent in (("actin", ()), ("medium", Medium())):
+        if getattr(scene, name) == absent:
+            del data[name]
     return data

@@ -14,6 +14,8 @@ from cellmech.mechanics.laws import Constant
 from cellmech.mechanics.moduli import lame
 from cellmech.scene.parts import (
     LAYER_NAMES,
+    Actin,
+    Adhesion,
     Array,
     Cell,
     Contact,
@@ -23,6 +25,7 @@ from cellmech.scene.parts import (
     LayerName,
     Layers,
     Load,
+    Medium,
     Mesh,
     Output,
     Pillar,
@@ -58,6 +61,11 @@ class Inputs(Table):
     """The flat substrate; `flat = false` for none."""
     load: Load = Load()
     contact: Contact = Contact()
+    adhesion: Adhesion | None = None
+    """Adhesion to obstacles; none if the table is left out."""
+    actin: tuple[Actin, ...] = ()
+    """Contractile actin, one table a part; none if left out."""
+    medium: Medium = Medium()
     time: Time = Time()
     mesh: Mesh = Mesh()
     output: Output = Output()
@@ -146,9 +154,16 @@ class Inputs(Table):
         return self.layer.lamina.outer_radius_um
 
     @property
+    def drivers(self) -> tuple[Adhesion | Actin, ...]:
+        """What pulls besides the weight, and is not nothing."""
+        adhesion = (self.adhesion,) if self.adhesion is not None and self.adhesion.work_uJ_m2 > 0 else ()
+        return (*adhesion, *(one for one in self.actin if one.stress_Pa))
+
+    @property
     def ramp_end_s(self) -> float:
-        """Time from which the full load acts, 2 T_g [s]."""
-        return 2.0 * self.load.half_ramp_s
+        """Time from which the full load acts, 2 T_g without drivers [s]."""
+        ends = [one.start_s + 2.0 * one.half_ramp_s for one in self.drivers]
+        return max([2.0 * self.load.half_ramp_s, *ends]) if self.has_weight or not ends else max(ends)
 
     @property
     def rest_s(self) -> float:

@@ -13,6 +13,7 @@ from cellmech.scene.parts import Table
 from cellmech.scene.scene import Scene
 
 CONSTANTS: dict[str, Any] = {constant.key: {} for law in LAWS.values() for constant in law.constants.values()}
+LISTS = ("pillar", "actin")  # arrays of tables, with an index in their dotted keys
 STUDY_TABLES = ("sweep", "case", "accuracy")  # keys of a study file that are no part of a scene
 
 
@@ -37,16 +38,16 @@ KEYS = _tree(Scene)
 def _dotted(tree: Mapping[str, Any], start: str = "") -> Iterator[str]:
     for key, inner in tree.items():
         yield start + key
-        yield from _dotted(inner, start + key + (".0." if start + key == "pillar" else "."))
+        yield from _dotted(inner, start + key + (".0." if start + key in LISTS else "."))
 
 
 KNOWN = (*_dotted(KEYS), *STUDY_TABLES)
 
 
 def is_known(key: str) -> bool:
-    """True if a dotted key is one of a scene's, a pillar's with the index of its pillar."""
+    """True if a dotted key is one of a scene's, a pillar's or actin's with its index."""
     parts = key.split(".")
-    if parts[0] == "pillar" and len(parts) > 1:
+    if parts[0] in LISTS and len(parts) > 1:
         if not (parts[1].isascii() and parts[1].isdigit()):
             return False
         parts[1] = "0"
@@ -60,8 +61,8 @@ def nearest(key: str) -> str:
         return ""
     if is_known(key):
         return f"The dot must be outside the quotes: [{'.'.join(parts[:-1])}] {parts[-1]} = …"
-    index = parts[1] if parts[0] == "pillar" and len(parts) > 2 and parts[1].isdigit() else "0"
-    known = [found for name in KNOWN if (found := name.replace("pillar.0.", f"pillar.{index}.")) != key]
+    index = parts[1] if parts[0] in LISTS and len(parts) > 2 and parts[1].isdigit() else "0"
+    known = [found for name in KNOWN if (found := name.replace(f"{parts[0]}.0.", f"{parts[0]}.{index}.")) != key]
     score = {name: _likeness(key, name) for name in known}
     best = max(score.values())
     if best < 0.6:
@@ -89,9 +90,9 @@ def check_tables(data: Mapping[str, Any], where: str) -> None:
     for key, tree in KEYS.items():
         if key not in data or not tree or (key == "flat" and not isinstance(data[key], dict)):
             continue
-        if key == "pillar":
+        if key in LISTS:
             if not isinstance(data[key], list) or not all(isinstance(entry, dict) for entry in data[key]):
-                hint = "Write [[pillar]] for each pillar, or pillar = [] for none."
+                hint = f"Write [[{key}]] for each, or {key} = [] for none."
                 raise InputError(where, key, "must be an array of tables", brief(data[key]), hint)
             continue
         _check_table(data[key], tree, key, where)
@@ -118,8 +119,8 @@ def put(data: dict[str, Any], key: str, value: object, where: str) -> None:
     if not is_known(key):
         raise unknown(where, key, value)
     target, parts = data, key.split(".")
-    if parts[0] == "pillar" and len(parts) > 1:
-        target, parts = _pillar(data, parts[1], where, key), parts[2:]
+    if parts[0] in LISTS and len(parts) > 1:
+        target, parts = _listed(data, parts, where), parts[2:]
     for part in parts[:-1]:
         if not isinstance(target.get(part), dict):
             target[part] = {}
@@ -129,12 +130,17 @@ def put(data: dict[str, Any], key: str, value: object, where: str) -> None:
         check_tables(data, where)  # the next key may be set below this one
 
 
-def _pillar(data: dict[str, Any], index: str, where: str, key: str) -> dict[str, Any]:
-    pillars = data.setdefault("pillar", [] if "array" in data else [{}])
-    if len(index) > 9 or int(index) >= len(pillars):
-        number = "are no pillars" if not pillars else f"is no pillar {index[:9]}, only 0 to {len(pillars) - 1}"
-        raise InputError(where, cut(key), f"there {number}", None, "Write [[pillar]] to add one.")
-    entry: dict[str, Any] = pillars[int(index)]
+def _listed(data: dict[str, Any], parts: list[str], where: str) -> dict[str, Any]:
+    """The table of that index in an array of tables."""
+    name, index = parts[:2]
+    first: list[dict[str, Any]] = [{}] if name == "pillar" and "array" not in data else []
+    tables = data.setdefault(name, first)
+    if len(index) > 9 or int(index) >= len(tables):
+        what = "pillar" if name == "pillar" else f"[[{name}]]"
+        many = "are no pillars" if name == "pillar" else f"is no [[{name}]]"
+        number = many if not tables else f"is no {what} {index[:9]}, only 0 to {len(tables) - 1}"
+        raise InputError(where, cut(".".join(parts)), f"there {number}", None, f"Write [[{name}]] to add one.")
+    entry: dict[str, Any] = tables[int(index)]
     return entry
 
 

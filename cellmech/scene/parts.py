@@ -239,6 +239,57 @@ class Contact(Table):
         return "volume_width_um" if self.form.startswith("volume") else "smoothing_um"
 
 
+class Adhesion(Table):
+    """Adhesion between the cell's surface and obstacles: a pull along their normal, within a range.
+
+    1 µJ/m2 is 1 Pa µm. It is per reference area: what binds stays with the membrane that carries it.
+    """
+
+    work_uJ_m2: Annotated[float, Number("µJ/m2", least=0, most=1e6)] = 20.0
+    """Work of adhesion: what it takes to part the surfaces, per area."""
+    range_um: Length = 0.5
+    """Gap across which it acts; the pull is largest at half of it."""
+    on: tuple[Annotated[Literal["pillar", "flat"], Choice()], ...] = ("pillar", "flat")
+    """What it adheres to."""
+    above_um: Position | None = None
+    """Level above which it does, for printed tops; everywhere if left out."""
+    start_s: Annotated[float, Number("s", least=0, most=1e12)] = 0.0
+    """When it begins."""
+    half_ramp_s: Annotated[float, Number("s", least=0, most=1e12)] = 5000.0
+    """It grows smoothly and is whole twice this time after its start; 0 puts it on at once."""
+
+
+class Actin(Table):
+    """Contractile actin: an active stress in a part of the cell, in the reference state."""
+
+    where: Annotated[Literal["cap", "basal", "cortex", "sector"], Choice()] = "cortex"
+    """Above the nucleus, below it, all of the membrane, or what radii_um and angles_deg say."""
+    direction: Annotated[Literal["tangential", "meridional", "radial", "x", "vertical"], Choice()] | None = None
+    """Of the pull: along the surface every way or up and down, outwards, along x or y; by `where` if left out."""
+    stress_Pa: Annotated[float, Number("Pa", least=-1e9, most=1e9)] = 100.0
+    """Active stress; positive contracts."""
+    radii_um: (
+        Annotated[tuple[float, float], Pair(Number("µm", least=0, most=LARGEST_UM), "inner and outer", "[5.0, 6.0]")]
+        | None
+    ) = None
+    """Inner and outer radius about the cell's centre."""
+    angles_deg: (
+        Annotated[tuple[float, float], Pair(Number("degrees", least=0, most=180), "from and to", "[0.0, 60.0]")] | None
+    ) = None
+    """From the top, 0, to the bottom, 180."""
+    start_s: Annotated[float, Number("s", least=0, most=1e12)] = 0.0
+    """When it begins."""
+    half_ramp_s: Annotated[float, Number("s", least=0, most=1e12)] = 5000.0
+    """It grows smoothly and is whole twice this time after its start; 0 puts it on at once."""
+
+
+class Medium(Table):
+    """What surrounds the cell, besides its density (cell.medium_density_kg_m3)."""
+
+    viscosity_Pa_s: Viscosity = 0.0
+    """It drags on the moving surface, in all with Stokes' 6 π η R v on a rigid ball; water has 0.001."""
+
+
 class Time(Table):
     """Length of the run and tolerance of the step control.
 

@@ -8,6 +8,7 @@ from itertools import pairwise
 
 from cellmech.mechanics.laws import LAWS
 from cellmech.scene.breach import Breach
+from cellmech.scene.driver_rules import of_drivers
 from cellmech.scene.geometry_rules import of_geometry
 from cellmech.scene.inputs import Inputs
 from cellmech.scene.limits import below, told
@@ -28,6 +29,7 @@ def breaches(scene: Inputs) -> Iterator[Breach]:
     yield from _constants(scene)
     yield from _smearing(scene)
     yield from _load(scene)
+    yield from of_drivers(scene)
     yield from of_substrate(scene)
     yield from _start(scene)
     yield from _mesh(scene)
@@ -107,7 +109,7 @@ def _start(scene: Inputs) -> Iterator[Breach]:
         yield Breach("cell.gap_um", rule, cell.gap_um, "The gap is the vertical travel to first touch.")
     if cell.gap_um < 0.0:
         yield Breach("cell.gap_um", "must be >= 0 µm", cell.gap_um, "The gap is the vertical travel to first touch.")
-    if not start.touch and scene.has_weight and not cell.inertia:
+    if not start.touch and scene.has_weight and not (cell.inertia or scene.medium.viscosity_Pa_s > 0):
         ends = [(told(at - scene.radius_um), told(at + scene.radius_um)) for at in scene.centre_um]
         where = " and ".join(f"{axis} = {low} and {high} µm" for axis, (low, high) in zip("xz", ends, strict=False))
         rule = f"must have a pillar or the flat below the cell, between {where}"

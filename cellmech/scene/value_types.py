@@ -99,20 +99,22 @@ class Constants:
 
 @dataclass(frozen=True)
 class Pair:
-    """Two numbers, along x and along z, each of which keeps the rule of one.
+    """Two numbers, each of which keeps the rule of one.
 
     Args:
         number: that rule.
+        what: they are.
+        example: of them.
     """
 
     number: Number
+    what: str = "along x and along z"
+    example: str = "[0.0, 0.0]"
 
     def check(self, value: object) -> tuple[float, float]:
         """`value` if it is a list of two such numbers."""
         if not isinstance(value, list | tuple) or len(value) != 2:
-            raise broken(
-                f"must be a list of two numbers, along x and along z ({self.number.unit})", "Such as [0.0, 0.0]."
-            )
+            raise broken(f"must be a list of two numbers, {self.what} ({self.number.unit})", f"Such as {self.example}.")
         return self.number.check(value[0]), self.number.check(value[1])
 
     def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:

@@ -97,8 +97,8 @@ class Acceptance:
         None where nothing is. Collective.
         """
         ledger, radius_um = self.run.ledger, self.run.reach_um / 2
-        weight = abs(ledger.load_resultant()[1] * amplitude)
-        across = np.delete(ledger.contact_force() * ledger.state.free, 1)
+        weight = abs(ledger.load_resultant()[1] * ledger.body.dead(amplitude))
+        across = np.delete(ledger.contact_force(amplitude) * ledger.state.free, 1)
         push = float(across[0]) if len(across) == 1 else float(np.linalg.norm(across))
         moment = ledger.moment(amplitude)
         force, energy = ledger.body.kinematics.force_unit, ledger.body.kinematics.energy_unit

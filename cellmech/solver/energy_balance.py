@@ -1,4 +1,4 @@
-"""Balance of the work of gravity: stored, dissipated, done against the contact, kinetic [Pa µm^2]."""
+"""Balance of the work of gravity and drivers: stored, dissipated, done against contact and medium, kinetic."""
 
 from __future__ import annotations
 
@@ -11,7 +11,15 @@ from dolfinx.fem import petsc
 from petsc4py import PETSc
 
 from cellmech.fem.jit import compile_form
-from cellmech.mechanics.balance import Body, contact_work, kinetic_energy, load_work, stored_energy, viscous_work
+from cellmech.mechanics.balance import (
+    Body,
+    contact_work,
+    drag_work,
+    kinetic_energy,
+    load_work,
+    stored_energy,
+    viscous_work,
+)
 from cellmech.solver.state import State
 
 Fields: TypeAlias = dict[str, np.ndarray]
@@ -36,7 +44,7 @@ class Ledger:
     """
 
     def __init__(self, body: Body, state: State) -> None:
-        self.load_work = self.dissipated = self.contact_work = 0.0
+        self.works = dict.fromkeys(("load", "viscous", "contact"), 0.0)
         self.amplitude = 0.0
         self.rebind(body, state)
         self.rest()
@@ -53,6 +61,12 @@ class Ledger:
             "load": load_work(body, w),
             "viscous": viscous_work(body, parts, w),
             "contact": contact_work(body, state, w),
+            "drag": drag_work(body, state.written(), w),
+        }
+        terms |= {driver.name: driver.work(body, state.u, w) for driver in body.drivers}
+        self._shares = {driver.name: driver.share for driver in body.drivers}
+        self.works |= {
+            name: 0.0 for name in (*self._shares, *(["drag"] if body.drag else [])) if name not in self.works
         }
         self._terms = {name: compile_form(form, comm) for name, form in terms.items() if form is not None}
         self._components = body.space.dofmap.index_map_bs
@@ -70,17 +84,36 @@ class Ledger:
     def rest(self) -> None:
         """Start from the current displacement, free of force."""
         self._earlier = self.state.u.x.array[: self._owned].copy()
-        self._forces = {"viscous": np.zeros(self._owned), "contact": np.zeros(self._owned)}
+        self._forces = {name: np.zeros(self._owned) for name in self.works if name != "load"}
         self._slopes: Fields = {}
         self._last_step = 0.0
 
     def begin(self, amplitude: float) -> None:
-        """State the load amplitude [-] at which the body is at rest at the start (0, or 1 when it is switched on)."""
+        """State the amplitude [-] at which the body is at rest at the start (0, or 1 when it is switched on)."""
         self.amplitude = amplitude
 
-    def contact_force(self) -> np.ndarray:
-        """Resultant of the obstacles on the modelled body now [Pa µm], a component each. Collective."""
-        return self._sum(self._assemble("contact").reshape(-1, self._components).sum(axis=0))
+    def _acting(self, name: str, amplitude: float) -> np.ndarray:
+        """Nodal forces of a term at an amplitude [Pa µm]."""
+        share = self._shares[name](amplitude) if name in self._shares else 1.0
+        return share * self._assemble(name)
+
+    def _obstacles(self, amplitude: float) -> np.ndarray:
+        """Nodal forces of the obstacles, push and pull [Pa µm]."""
+        reaching = [driver.name for driver in self.body.drivers if driver.reach_um > 0]
+        return sum((self._acting(name, amplitude) for name in reaching), self._assemble("contact"))
+
+    def contact_force(self, amplitude: float | None = None) -> np.ndarray:
+        """Resultant of the obstacles, push and pull, on the modelled body now [Pa µm], a component each. Collective.
+
+        Args:
+            amplitude: at which they pull [-]; that of the last step if left out.
+        """
+        forces = self._obstacles(self.amplitude if amplitude is None else amplitude)
+        return self._sum(forces.reshape(-1, self._components).sum(axis=0))
+
+    def resultant(self, name: str) -> np.ndarray:
+        """Resultant of a driver on the modelled body at the last step [Pa µm], a component each. Collective."""
+        return self._sum(self._acting(name, self.amplitude).reshape(-1, self._components).sum(axis=0))
 
     def load_resultant(self) -> np.ndarray:
         """Resultant of the dead loads at full amplitude [Pa µm], a component each. Collective."""
@@ -97,7 +130,8 @@ class Ledger:
         x = nodes + self.state.u.x.array[: self._owned].reshape(load.shape)
         share = self._sum(load.sum(axis=0))[1]
         centre = self._sum(load[:, 1] @ x) / share
-        lever, force = x - centre, self._assemble("contact").reshape(-1, self._components) + amplitude * load
+        obstacles = self._obstacles(amplitude).reshape(-1, self._components)
+        lever, force = x - centre, obstacles + self.body.dead(amplitude) * load
         if self._components == 2:
             return float(self._sum(np.sum(lever[:, 0] * force[:, 1] - lever[:, 1] * force[:, 0])))
         free = np.array([np.delete(self.state.free, axis).all() for axis in range(3)])
@@ -114,14 +148,13 @@ class Ledger:
     def add_step(self, amplitude: float, step: float) -> None:
         """Book the step [s] from the last accepted displacement to now. Call before history moves; collective."""
         u = self.state.u.x.array[: self._owned].copy()
-        forces = {name: self._assemble(name) for name in self._forces}
-        load, load_before = ({"load": a * self.load_vector} for a in (amplitude, self.amplitude))
+        forces = {name: self._acting(name, amplitude) for name in self._forces}
+        load, load_before = ({"load": self.body.dead(a) * self.load_vector} for a in (amplitude, self.amplitude))
         now, before = forces | load | {"path": u}, self._forces | load_before | {"path": self._earlier}
         slopes = {name: (now[name] - before[name]) / step for name in now}
-        works = self._sum(np.array([self._work(n, now, before, slopes, step) for n in ("load", "viscous", "contact")]))
-        self.load_work += float(works[0])
-        self.dissipated += float(works[1])
-        self.contact_work -= float(works[2])
+        works = self._sum(np.array([self._work(name, now, before, slopes, step) for name in self.works]))
+        for name, work in zip(self.works, works, strict=True):
+            self.works[name] += float(work)
         self._earlier, self._forces, self.amplitude = u, forces, amplitude
         self._slopes, self._last_step = slopes, step
 
@@ -138,9 +171,8 @@ class Ledger:
         return trapezoid + step**3 / 6 * float(f @ u2 - f2 @ u)
 
     def numbers(self) -> dict[str, float]:
-        """The integrals so far [Pa µm^2], the load amplitude they have been brought to [-], and the last step [s]."""
-        names = ("load_work", "dissipated", "contact_work", "amplitude")
-        return {name: getattr(self, name) for name in names} | {"last_step": self._last_step}
+        """The integrals so far [Pa µm^2], the amplitude they have been brought to [-], and the last step [s]."""
+        return self.works | {"amplitude": self.amplitude, "last_step": self._last_step}
 
     def fields(self) -> Fields:
         """The forces at the last accepted step [Pa µm], and the slopes over it of forces and path; owned nodes."""
@@ -148,9 +180,8 @@ class Ledger:
 
     def recall(self, numbers: dict[str, float], fields: Fields) -> None:
         """Go on from what `numbers` and `fields` held; the state has been recalled."""
-        for name in ("load_work", "dissipated", "contact_work", "amplitude"):
-            setattr(self, name, numbers[name])
-        self._last_step = numbers["last_step"]
+        self.works = {name: numbers[name] for name in self.works}
+        self.amplitude, self._last_step = numbers["amplitude"], numbers["last_step"]
         self._earlier = self.state.u.x.array[: self._owned].copy()
         self._forces = {name: fields[name][: self._owned].copy() for name in self._forces}
         slopes = [name for name in fields if name.startswith("slope_")]

@@ -27,6 +27,7 @@ from cellmech.solver.state import State
 TOLERANCE = 1e-7  # share of the load that may be out of balance
 ROUGH = 1e-3  # share of the load that may be out of balance in a state on the way to another
 BALANCED = 3e-4  # share of the load's sum that round-off may keep out of balance, as a 2-norm, in a state that counts
+DRIVEN = 1e-3  # times a driver's size count beside the weight: its forces are in balance among themselves, mostly
 ROUNDING = 8 * float(np.finfo(float).eps)  # of a position: what its arithmetic may be off by
 STALL_RATE = 0.5  # a residual that a new tangent reduces by less than this factor stays
 CRUSHED = 1e-3  # det F at and below which a solution is none: no continuum, and its stresses lose all digits
@@ -95,7 +96,8 @@ class Solver:
         self.body, self.state, self.modes, self._balance = body, state, modes, balance
         self.comm: MPI.Comm = body.domain.mesh.comm
         self.amplitude = fem.Constant(body.domain.mesh, 0.0)
-        R, K = equilibrium(body, state.written(), self.amplitude)
+        self._shares = [fem.Constant(body.domain.mesh, 0.0) for _ in body.drivers]
+        R, K = equilibrium(body, state.written(), self.amplitude, self._shares)
         self._R, self._K = compile_form(R, self.comm), compile_form(K, self.comm)
         self.choice = choose(body)
         self._linear = Multigrid(body) if self.choice.multigrid else Direct(body.symmetric)
@@ -109,11 +111,27 @@ class Solver:
         self._thrifty, self._search, self._again = True, "", False
         self._extent = self.comm.allreduce(float(np.abs(body.domain.mesh.geometry.x).max(initial=0.0)), op=MPI.MAX)
         self._tolerance, self._force_scale, self._atol, self._sum = tolerance, force_scale, 0.0, 0.0
-        load = petsc.assemble_vector(compile_form(load_work(body, ufl.TestFunction(body.space)), self.comm))
-        load.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
-        self._load_norm, self._load_sum = load.norm(), load.norm(PETSc.NormType.NORM_1)
-        load.destroy()
+        w = ufl.TestFunction(body.space)
+        self._dead = self._norms(load_work(body, w))
+        self._drivers = [self._norms(driver.scale(body, w)) for driver in body.drivers]
         self._snes = self._create_snes()
+
+    def _norms(self, work: ufl.Form) -> np.ndarray:
+        """Its 2-norm and the sum of its sizes over the unknowns, at full strength [Pa µm or pN]."""
+        load = petsc.assemble_vector(compile_form(work, self.comm))
+        load.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
+        norms = np.array([load.norm(), load.norm(PETSc.NormType.NORM_1)])
+        load.destroy()
+        return norms
+
+    def _put_on(self, amplitude: float) -> np.ndarray:
+        """Set the forces that act at this amplitude; returns their 2-norm and their sum [Pa µm or pN]."""
+        self.amplitude.value = dead = self.body.dead(amplitude)
+        norms = abs(dead) * self._dead
+        for constant, driver, size in zip(self._shares, self.body.drivers, self._drivers, strict=True):
+            constant.value = share = driver.share(amplitude)
+            norms = norms + DRIVEN * abs(share) * size
+        return norms if self._dead[0] or self._drivers else np.full(2, self._force_scale)
 
     def _create_snes(self) -> PETSc.SNES:
         prefix, options = PREFIX, PETSc.Options()
@@ -278,10 +296,8 @@ class Solver:
         Raises:
             MemoryError: on every rank, if there is no room to factorise a tangent.
         """
-        self.amplitude.value = amplitude
+        load, self._sum = self._put_on(amplitude)
         before, iterations, linear = self.factorisations, 0, self._linear.iterations
-        load = abs(amplitude) * self._load_norm if self._load_norm else self._force_scale
-        self._sum = abs(amplitude) * self._load_sum if self._load_norm else self._force_scale
         self._atol = (ROUGH if rough else self._tolerance) * load
         most = LEAP_ITERATIONS if leap else MAX_ITERATIONS
         self._snes.setTolerances(rtol=0.0, atol=self._atol, stol=0.0, max_it=most)

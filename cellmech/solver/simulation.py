@@ -94,7 +94,7 @@ class Simulation:
     def _bind(self, body: Body) -> None:
         self.body = body
         tolerance = TOLERANCE if body.density is None else MOVING_TOLERANCE
-        balance = partial(self._settle, nearly=EXACTLY) if body.density is None and body.obstacles else None
+        balance = partial(self._settle, nearly=EXACTLY) if self._settles(0.0) else None
         self.solver = Solver(body, self.state, self.force_scale, tolerance, self.modes, balance)
         if self.solver.choice.reason:
             self.log(self.solver.choice.reason)
@@ -103,7 +103,7 @@ class Simulation:
     def jumps(self) -> bool:
         """True if the displacement jumps at the start: a load that is there at once meets a contact without inertia."""
         body = self.body
-        return body.density is None and bool(body.obstacles) and body.amplitude(0.0) != 0.0
+        return not body.resisted and bool(body.obstacles) and body.amplitude(0.0) != 0.0
 
     @property
     def told(self) -> bool:
@@ -162,7 +162,7 @@ class Simulation:
 
     def solve(self, amplitude: float, rough: bool = False, leap: bool = False) -> Outcome:
         """Solve at a load amplitude, beginning near the present displacement, and count what it took."""
-        if self.body.density is None and self.body.obstacles:
+        if self._settles(amplitude):
             self._settle(amplitude)
         outcome = self.solver.solve(amplitude, rough=rough, leap=leap)
         self.totals.newton_iterations += outcome.iterations
@@ -170,9 +170,15 @@ class Simulation:
         self.totals.linear_iterations += outcome.linear_iterations
         return outcome
 
+    def _settles(self, amplitude: float) -> bool:
+        """True if the obstacles bear what acts at this amplitude by their push alone, at once."""
+        body = self.body
+        pulled = any(driver.reach_um > 0 and driver.share(amplitude) > 0 for driver in body.drivers)
+        return bool(body.obstacles) and not body.resisted and not pulled
+
     def _settle(self, amplitude: float, nearly: float = NEARLY) -> None:
         """Move the displacement along the load to where the contact balances it, if that can be; else leave it."""
-        load, state = amplitude * self.ledger.load_resultant(), self.state
+        load, state = self.body.dead(amplitude) * self.ledger.load_resultant(), self.state
         size = float(np.linalg.norm(load))
         if size == 0.0 or not np.all(state.free[load != 0.0]):
             return
@@ -186,7 +192,7 @@ class Simulation:
 
         def imbalance(distance: float) -> float:
             move(distance)
-            return float(self.ledger.contact_force() @ direction) + size
+            return float(self.ledger.contact_force(amplitude) @ direction) + size
 
         move(settle(imbalance, size, self.reach_um, nearly) or 0.0)
 
@@ -194,8 +200,8 @@ class Simulation:
         """True if the body has come to obstacles that were left out; they are put in. Collective."""
         if self.body.contact is None:
             return False
-        threshold = self.body.contact.threshold_um
-        reached = [o for o in self.out_of_reach if self.outline.max_depth(self.state.u, [o]) > threshold]
+        reach = self.body.reach_um
+        reached = [o for o in self.out_of_reach if self.outline.max_depth(self.state.u, [o]) > -reach]
         if reached:
             self.log(f"t = {self.t:.6g} s: now in reach, put into the model: {', '.join(map(str, reached))}")
             self._put_in(reached)

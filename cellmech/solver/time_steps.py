@@ -20,6 +20,7 @@ SMALLEST_STEP = 1e-10  # of the ramp, or the end time without one: below it a fa
 SMALLEST_ACCURATE = 1e-14  # the same where the solve succeeds and the error is what is too large: a body that falls
 CUT = 0.25  # of a step whose solve failed
 RECOVERY = 1.3  # times it, with each accepted step, the largest step after one whose solve failed
+PATIENT = 6  # failures in a row from which on a driven body's solve is given all its iterations: before, it may jump
 GROWN = 4.0  # times a first step whose load is lost in round-off
 PUT_ON = 1e-4  # of the end time: within this step a load that is there at once is put on
 
@@ -74,7 +75,7 @@ class TimeSteps:
             run.state.ddt.set(a)
             guess = self.history.predict(h)
             run.u[:] = guess if failures < 2 else self.history.values[0]
-            outcome = run.solve(run.body.amplitude(t))
+            outcome = run.solve(run.body.amplitude(t), leap=bool(run.body.drivers) and failures < PATIENT)
             if outcome.reason is not None:
                 failures += 1
                 run.totals.failed_solves += 1

@@ -288,7 +288,11 @@ def test_value_on_the_edge_of_its_range_is_taken_and_survives_a_round_trip(text)
         ("[mesh]\nsize = 1", "mesh.size", "Did you mean mesh.size_um?"),
         ("schema_ = 1", "schema_", "Did you mean schema?"),
         ("[sweeep]", "sweeep", "Did you mean sweep?"),
-        ("half_ramp_s = 1", "half_ramp_s", "Did you mean load.half_ramp_s?"),
+        (
+            "half_ramp_s = 1",
+            "half_ramp_s",
+            "Did you mean load.half_ramp_s or adhesion.half_ramp_s or actin.0.half_ramp_s?",
+        ),
         ('"cell.law" = "yeoh"', "cell.law", "The dot must be outside the quotes: [cell] law"),
     ],
 )

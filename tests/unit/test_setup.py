@@ -11,8 +11,9 @@ import pytest
 import ufl
 from mpi4py import MPI
 
+from cellmech.cell.driving import ramp
 from cellmech.cell.layering import MeshPlan, mesh_plan, shells
-from cellmech.cell.setup import Setup, material, obstacles_of, ramp, smeared_weights
+from cellmech.cell.setup import Setup, material, obstacles_of, smeared_weights
 from cellmech.errors import SolveError
 from cellmech.fem.jit import PointValues
 from cellmech.fem.subdivision import lattice

@@ -297,8 +297,7 @@ def test_contact_of_a_sunken_disc_is_that_of_its_chord(shape):
 
 def test_energies_are_of_the_whole_cell_and_balance(observers, monkeypatch):
     ledger = observers["half"].run.ledger
-    for name, work in (("load_work", 9.0), ("dissipated", 1.0), ("contact_work", 0.25)):
-        monkeypatch.setattr(ledger, name, work)
+    monkeypatch.setattr(ledger, "works", {"load": 9.0, "viscous": 1.0, "contact": -0.25})
     energy = deform(observers["half"], SHEARED)["energy"]
     assert [energy[name] for name in ("gravity_work", "dissipated", "contact_work")] == [18.0, 2.0, 0.5]
     assert energy["stored"] == pytest.approx(2 * ledger.stored(), rel=1e-12)

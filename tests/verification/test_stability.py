@@ -8,7 +8,7 @@ import pytest
 from mpi4py import MPI
 
 from cellmech.causes import Cause, Reason
-from cellmech.cell.setup import ramp
+from cellmech.cell.driving import ramp
 from cellmech.results.records import CaseFolder
 from cellmech.runs.case import mesh_plan, solve_case
 from cellmech.scene.case import Case

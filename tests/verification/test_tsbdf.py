@@ -17,8 +17,9 @@ from petsc4py import PETSc
 from problems import block, displacement_space, hold, march, wet
 from scipy.optimize import brentq
 
+from cellmech.cell.driving import ramp
 from cellmech.cell.layering import MeshPlan
-from cellmech.cell.setup import Setup, ramp
+from cellmech.cell.setup import Setup
 from cellmech.fem.coefficients import material_fields
 from cellmech.fem.jit import compile_form
 from cellmech.mechanics.balance import Body, equilibrium

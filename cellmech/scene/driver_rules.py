@@ -1,0 +1,44 @@
+"""The rules of what pulls besides the weight: adhesion and actin."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from cellmech.scene.breach import Breach
+from cellmech.scene.inputs import Inputs
+from cellmech.scene.limits import told
+
+
+def of_drivers(scene: Inputs) -> Iterator[Breach]:
+    """The rules that adhesion and actin break."""
+    yield from _adhesion(scene)
+    for number, actin in enumerate(scene.actin):
+        where = f"actin.{number}"
+        if actin.where == "sector" and actin.radii_um is None:
+            yield Breach(
+                f"{where}.radii_um", 'must be set where actin.where = "sector" (µm)', None, "Or name another place."
+            )
+        for key, pair in (("radii_um", actin.radii_um), ("angles_deg", actin.angles_deg)):
+            if pair is not None and not pair[0] < pair[1]:
+                yield Breach(f"{where}.{key}", "must rise", list(pair))
+        if actin.radii_um is not None and actin.radii_um[0] >= scene.radius_um:
+            rule = f"must begin inside the cell, below {told(scene.radius_um)} µm"
+            yield Breach(f"{where}.radii_um", rule, list(actin.radii_um))
+
+
+def _adhesion(scene: Inputs) -> Iterator[Breach]:
+    adhesion = scene.adhesion
+    if adhesion is None:
+        return
+    if not adhesion.on:
+        yield Breach("adhesion.on", "must name pillar, flat or both", [], "Leave [adhesion] out for none.")
+    there = {"pillar": bool(scene.pillar) or scene.array is not None, "flat": scene.flat is not None}
+    if adhesion.on and not any(there[kind] for kind in adhesion.on):
+        yield Breach("adhesion.on", "must name an obstacle that the scene has", list(adhesion.on))
+    most = scene.radius_um / 2
+    if adhesion.range_um > most:
+        yield Breach("adhesion.range_um", f"must be <= half of the cell's radius, {told(most)} µm", adhesion.range_um)
+    size = scene.mesh.contact_size_um
+    if size is not None and size > adhesion.range_um:
+        rule = f"must be <= adhesion.range_um = {told(adhesion.range_um)} µm: the mesh would miss the pull"
+        yield Breach("mesh.contact_size_um", rule, size, "Leave it out: the program chooses it.")
