@@ -100,7 +100,7 @@ def faults(mutants: Sequence[Mutant], root: Path = ROOT) -> list[str]:
         if m.old == m.new:
             found.append(f"{m.name}: changes nothing")
         file, _, test = m.test.partition("::")
-        if not test or test.partition("[")[0] not in _tests_of(root / file):
+        if not test or test.partition("[")[0].rpartition("::")[2] not in _tests_of(root / file):
             found.append(f"{m.name}: there is no test {m.test}")
     return found
 
@@ -108,7 +108,7 @@ def faults(mutants: Sequence[Mutant], root: Path = ROOT) -> list[str]:
 def _tests_of(path: Path) -> set[str]:
     if not path.is_file():
         return set()
-    return {node.name for node in ast.parse(path.read_text()).body if isinstance(node, ast.FunctionDef)}
+    return {node.name for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.FunctionDef)}
 
 
 class Copy:

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any, get_args, get_origin
 
 from cellmech.mechanics.laws import LAWS
+from cellmech.scene.keys import LISTS
 from cellmech.scene.parts import LAYER_NAMES, Layers, Table
 from cellmech.scene.scene import Scene
 from cellmech.scene.value_types import Choice, Constants, Flag, Line, Number, Pair, Whole
@@ -31,7 +32,7 @@ def reference() -> str:
     """All tables of the scene file as Markdown, the keys at its top first."""
     tree = Scene.model_fields
     inner = {name: table_in(field.annotation) for name, field in tree.items()}
-    top = [name for name, table in inner.items() if table is None or name in ("pillar", "flat")]
+    top = [name for name, table in inner.items() if table is None or name in (*LISTS, "flat")]
     parts = [section("At the top", [rows([Scene], name) for name in top])]
     for name, table in inner.items():
         if table is None:
@@ -42,7 +43,7 @@ def reference() -> str:
             keys = [rows(layers, key) for key in layers[0].model_fields]
             parts.append(section(heading, keys, "Defaults that differ are in the order of the heading."))
         else:
-            heading = "`[[pillar]]`" if name == "pillar" else f"`[{name}]`"
+            heading = f"`[[{name}]]`" if name in LISTS else f"`[{name}]`"
             parts.append(section(heading, [rows([table], key) for key in table.model_fields]))
     return "\n".join([*parts, laws()])
 
@@ -96,7 +97,8 @@ def rule(field: Any) -> tuple[str, str, str]:
     if isinstance(check, Flag):
         return "switch", NONE, ", ".join(["`true`", "`false`", *(f'`"{word}"`' for word in check.words)])
     if isinstance(check, Choice):
-        return "text", NONE, ", ".join(f'`"{word}"`' for word in words_of(field.annotation))
+        kind = "list of words" if get_origin(field.annotation) is tuple else "text"
+        return kind, NONE, ", ".join(f'`"{word}"`' for word in words_of(field.annotation))
     if isinstance(check, Line):
         return "text", NONE, f"one line, at most {check.most} characters"
     if isinstance(check, Constants):

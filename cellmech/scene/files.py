@@ -41,7 +41,8 @@ def _input_error(detail: ErrorDetails, where: str) -> InputError:
     if detail["type"] == "extra_forbidden":
         return unknown(where, key, detail["input"])
     if detail["type"] == "tuple_type":
-        return InputError(where, key, "must be a list of numbers", brief(detail["input"]), f"Such as {key} = [100.0].")
+        kind, such = ("words", '["pillar"]') if key == "adhesion.on" else ("numbers", "[100.0]")
+        return InputError(where, key, f"must be a list of {kind}", brief(detail["input"]), f"Such as {key} = {such}.")
     context = detail.get("ctx", {})
     got = context.get("got", detail["input"])
     return InputError(where, context.get("key", key), context["rule"], brief(got), context["hint"])

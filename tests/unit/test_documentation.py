@@ -21,7 +21,7 @@ from cellmech.figures.reference import read_references
 from cellmech.results.records import flatten
 from cellmech.runs.command import parser
 from cellmech.scene.files import read_scene
-from cellmech.scene.keys import KNOWN, STUDY_TABLES, is_known
+from cellmech.scene.keys import KNOWN, LISTS, STUDY_TABLES, is_known
 from cellmech.scene.studies import load_study
 
 sys.path.insert(0, str(ROOT / "tools"))
@@ -199,7 +199,7 @@ def test_scene_page_is_up_to_date():
 
 
 def rows_of_scene_page() -> Iterator[tuple[str, list[str]]]:
-    """Dotted key and cells of every row, a pillar's with the number 0, a layer's once for each layer."""
+    """Dotted key and cells of every row, of an array of tables with the number 0, a layer's once for each layer."""
     tables: list[str] = []
     keys = scene_reference.reference().partition("## Constants of the laws")[0]
     for line in keys.splitlines():
@@ -208,7 +208,8 @@ def rows_of_scene_page() -> Iterator[tuple[str, list[str]]]:
         elif line.startswith("| `"):
             cells = [cell.strip() for cell in line.strip("|").split(" | ")]
             for table in tables:
-                yield f"{table}.".replace("pillar.", "pillar.0.").lstrip(".") + cells[0].strip("`"), cells
+                number = "0." if table in LISTS else ""
+                yield f"{table}.{number}".lstrip(".") + cells[0].strip("`"), cells
 
 
 def test_scene_page_has_every_key_with_a_meaning():
@@ -218,7 +219,7 @@ def test_scene_page_has_every_key_with_a_meaning():
     tables = {table for table in tables if not table.endswith("constants")}
     assert rows.keys() | constants == {key for key in KNOWN if key not in tables or key == "flat"} - set(
         STUDY_TABLES
-    ) | {"pillar"}
+    ) | set(LISTS)
     assert all(len(cells) == 6 and all(cells) for cells in rows.values())
     assert not [key for key, cells in rows.items() if not cells[-1].endswith(".")]
 
