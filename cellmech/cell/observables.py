@@ -303,16 +303,16 @@ class Observer:
     def _energy(self) -> dict[str, float | None]:
         ledger, copies = self.run.ledger, self.layout.copies
         stored = {"stored": ledger.stored() * copies}
-        body, works = self.run.body, {name: work * copies for name, work in ledger.works.items()}
-        pulled = {f"{driver.name}_work": works[driver.name] for driver in body.drivers}
-        spent = stored | {"dissipated": works["viscous"], "contact_work": -works["contact"]}
-        if "drag" in works:
-            spent["drag_work"] = works["drag"]
+        body, works = self.run.body, ledger.works
+        pulled = {f"{driver.name}_work": works[driver.name] * copies for driver in body.drivers}
+        spent = stored | {"dissipated": ledger.dissipated * copies, "contact_work": ledger.contact_work * copies}
+        if body.drag is not None:
+            spent["drag_work"] = works["drag"] * copies
         if not self.run.has_a_way:
             return dict.fromkeys(("gravity_work", *pulled, *spent, "balance_error")) | stored
         if body.density is not None:
             spent["kinetic"] = ledger.kinetic() * copies
-        given = {"gravity_work": works["load"], **pulled}
+        given = {"gravity_work": ledger.load_work * copies, **pulled}
         return {**given, **spent, "balance_error": sum(given.values()) - sum(spent.values())}
 
 

@@ -92,6 +92,11 @@ class Body:
         return self.density is not None or self.drag is not None
 
     @property
+    def adheres(self) -> bool:
+        """True if obstacles pull the body across a gap."""
+        return any(driver.reach_um > 0 for driver in self.drivers)
+
+    @property
     def reach_um(self) -> float:
         """Gap to an obstacle across which it acts on the body [µm]; negative for a depth."""
         contact = -self.contact.threshold_um if self.contact is not None else 0.0

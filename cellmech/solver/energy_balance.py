@@ -92,15 +92,38 @@ class Ledger:
         """State the amplitude [-] at which the body is at rest at the start (0, or 1 when it is switched on)."""
         self.amplitude = amplitude
 
+    @property
+    def load_work(self) -> float:
+        """Work of the dead loads so far [Pa µm^2]."""
+        return self.works["load"]
+
+    @property
+    def dissipated(self) -> float:
+        """Work against the fluid's stress so far [Pa µm^2]."""
+        return self.works["viscous"]
+
+    @property
+    def contact_work(self) -> float:
+        """Work against the contact so far [Pa µm^2]."""
+        return -self.works["contact"]
+
     def _acting(self, name: str, amplitude: float) -> np.ndarray:
         """Nodal forces of a term at an amplitude [Pa µm]."""
         share = self._shares[name](amplitude) if name in self._shares else 1.0
         return share * self._assemble(name)
 
+    def _pull(self, amplitude: float) -> np.ndarray:
+        """Nodal forces by which the obstacles pull [Pa µm]."""
+        reaching = [driver.name for driver in self.body.drivers if driver.reach_um > 0]
+        return sum((self._acting(name, amplitude) for name in reaching), np.zeros(self._owned))
+
+    def pull(self, amplitude: float) -> np.ndarray:
+        """Resultant of the obstacles' pull on the modelled body now [Pa µm], a component each. Collective."""
+        return self._sum(self._pull(amplitude).reshape(-1, self._components).sum(axis=0))
+
     def _obstacles(self, amplitude: float) -> np.ndarray:
         """Nodal forces of the obstacles, push and pull [Pa µm]."""
-        reaching = [driver.name for driver in self.body.drivers if driver.reach_um > 0]
-        return sum((self._acting(name, amplitude) for name in reaching), self._assemble("contact"))
+        return self._pull(amplitude) + self._assemble("contact")
 
     def contact_force(self, amplitude: float | None = None) -> np.ndarray:
         """Resultant of the obstacles, push and pull, on the modelled body now [Pa µm], a component each. Collective.
@@ -112,7 +135,7 @@ class Ledger:
         return self._sum(forces.reshape(-1, self._components).sum(axis=0))
 
     def resultant(self, name: str) -> np.ndarray:
-        """Resultant of a driver on the modelled body at the last step [Pa µm], a component each. Collective."""
+        """Resultant of one term on the modelled body, with its share at the last step [Pa µm], a component each."""
         return self._sum(self._acting(name, self.amplitude).reshape(-1, self._components).sum(axis=0))
 
     def load_resultant(self) -> np.ndarray:

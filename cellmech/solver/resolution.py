@@ -139,7 +139,7 @@ def missed(run: Simulation) -> float:
         fine = _finely_on_the_outline(run, run.outline)
     else:
         fine = _finely(run)
-    told = run.ledger.contact_force()
+    told = run.ledger.resultant("contact")
     largest = max(float(np.linalg.norm(fine)), float(np.linalg.norm(told)))
     return float(np.linalg.norm(fine - told)) / largest if largest else 0.0
 

@@ -94,7 +94,7 @@ class Simulation:
     def _bind(self, body: Body) -> None:
         self.body = body
         tolerance = TOLERANCE if body.density is None else MOVING_TOLERANCE
-        balance = partial(self._settle, nearly=EXACTLY) if self._settles(0.0) else None
+        balance = partial(self._settle, nearly=EXACTLY) if self._settles else None
         self.solver = Solver(body, self.state, self.force_scale, tolerance, self.modes, balance)
         if self.solver.choice.reason:
             self.log(self.solver.choice.reason)
@@ -162,7 +162,7 @@ class Simulation:
 
     def solve(self, amplitude: float, rough: bool = False, leap: bool = False) -> Outcome:
         """Solve at a load amplitude, beginning near the present displacement, and count what it took."""
-        if self._settles(amplitude):
+        if self._settles:
             self._settle(amplitude)
         outcome = self.solver.solve(amplitude, rough=rough, leap=leap)
         self.totals.newton_iterations += outcome.iterations
@@ -170,19 +170,23 @@ class Simulation:
         self.totals.linear_iterations += outcome.linear_iterations
         return outcome
 
-    def _settles(self, amplitude: float) -> bool:
-        """True if the obstacles bear what acts at this amplitude by their push alone, at once."""
-        body = self.body
-        pulled = any(driver.reach_um > 0 and driver.share(amplitude) > 0 for driver in body.drivers)
-        return bool(body.obstacles) and not body.resisted and not pulled
+    @property
+    def _settles(self) -> bool:
+        """True if nothing but the obstacles holds the body against a translation."""
+        return bool(self.body.obstacles) and not self.body.resisted
 
     def _settle(self, amplitude: float, nearly: float = NEARLY) -> None:
-        """Move the displacement along the load to where the contact balances it, if that can be; else leave it."""
-        load, state = self.body.dead(amplitude) * self.ledger.load_resultant(), self.state
-        size = float(np.linalg.norm(load))
-        if size == 0.0 or not np.all(state.free[load != 0.0]):
+        """Move the displacement along the load to where the contact balances it, if that can be; else leave it.
+
+        Without a load it is moved along the obstacles' pull.
+        """
+        state, load = self.state, self.body.dead(amplitude) * self.ledger.load_resultant()
+        pull = self.ledger.pull(amplitude)
+        towards = load if np.any(load) else pull
+        if not np.any(towards) or not np.all(state.free[towards != 0.0]):
             return
-        direction = load / size
+        direction = towards / np.linalg.norm(towards)
+        borne, size = float(load @ direction), float(np.linalg.norm(load) + np.linalg.norm(pull))
         state.split()
         start = state.now.offset.value.copy()
 
@@ -192,7 +196,7 @@ class Simulation:
 
         def imbalance(distance: float) -> float:
             move(distance)
-            return float(self.ledger.contact_force(amplitude) @ direction) + size
+            return float(self.ledger.contact_force(amplitude) @ direction) + borne
 
         move(settle(imbalance, size, self.reach_um, nearly) or 0.0)
 
@@ -221,7 +225,14 @@ class Simulation:
 
     def lost(self, t: float, amplitude: float) -> Reason | None:
         """Why the present displacement, an equilibrium on the way, is none to go on from. Collective."""
+        if self._has_let_go(amplitude):
+            return Cause.NONE_NEARBY.reason()
         return None if self.acceptance is None else self.acceptance.lost_on_the_way(t, amplitude)
+
+    def _has_let_go(self, amplitude: float) -> bool:
+        """True if nothing holds a body any more that obstacles pull: Newton's method went past where they do."""
+        pulled = any(driver.reach_um > 0 and driver.share(amplitude) > 0 for driver in self.body.drivers)
+        return pulled and not np.any(self.ledger.pull(amplitude)) and not np.any(self.ledger.contact_force(amplitude))
 
     def accept(self, t: float, h: float, outcome: Outcome, error: float | None) -> Step:
         """Take the present displacement as the state at time t [s], after a step h [s].
