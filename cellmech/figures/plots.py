@@ -67,6 +67,8 @@ def _parser() -> argparse.ArgumentParser:
 
     scene = "scene or study file (its first case); default: Table 1"
     add("fig1", _fig1, "initial geometry of a scene").add_argument("--scene", metavar="FILE", help=scene)
+    law = add("contact-law", _contact_law, "push and pull of a scene's obstacles, one curve over the gap")
+    law.add_argument("--scene", metavar="FILE", help=scene)
     add_study("fig2", _curves, "stress and strain in the nucleus against time", "fig2", "fig2")
     add_study("fig3", _shapes, "deformed cells at the four laws", "fig3", "fig2")
     add_study("fig4", _maps, "maps over the fluid fractions", "fig4", "fig4")
@@ -116,6 +118,12 @@ def _fig1(options: argparse.Namespace) -> int:
     from cellmech.figures.geometry_figure import draw_geometry
 
     return _draw(options, draw_geometry, load_study(options.scene).cases[0].scene)
+
+
+def _contact_law(options: argparse.Namespace) -> int:
+    from cellmech.figures.contact_law import draw_contact_law
+
+    return _draw(options, draw_contact_law, load_study(options.scene).cases[0].scene)
 
 
 def _curves(options: argparse.Namespace) -> int:

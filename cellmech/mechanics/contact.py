@@ -8,6 +8,7 @@ from typing import Any
 import ufl
 
 from cellmech.mechanics.kinematics import Kinematics, deformation_gradient
+from cellmech.mechanics.normal_law import push_at
 from cellmech.mechanics.obstacles import Obstacle, depth_and_normal
 
 
@@ -68,10 +69,7 @@ class Contact:
 
     def pressure_at(self, d: float) -> float:
         """Pressure at depth d [Pa], as a number; for the volume forms, the body force summed up over the depth."""
-        if self.on_surface:
-            return 0.0 if d <= 0 else self.kappa * (d * d / (2 * self.width) if d < self.width else d - self.width / 2)
-        s = min(max((d / self.width + 1) / 2, 0.0), 1.0)
-        return self.kappa * (2 * self.width * s**4 * (2.5 - 3 * s + s * s) + max(d - self.width, 0.0))
+        return push_at(d, self.kappa, self.width, self.on_surface)
 
     def surface_traction(self, u, N, X, obstacle: Obstacle, kinematics: Kinematics):
         """Traction per reference area (Nanson) [Pa], shape of u: p(d) |cof(F) N| n, or -p(d) cof(F) N if conservative.

@@ -23,6 +23,7 @@ import ufl
 
 from cellmech.mechanics.contact import smooth_step, symbolic_depth_and_normal
 from cellmech.mechanics.kinematics import deformation_gradient
+from cellmech.mechanics.normal_law import pull_at
 from cellmech.mechanics.obstacles import Obstacle
 
 DIRECTIONS = ("tangential", "meridional", "radial", "x", "vertical")
@@ -77,9 +78,8 @@ class Adhesion:
         return self.range_um
 
     def pull_at(self, d: float) -> float:
-        """Pull at the depth d [Pa], as a number: (w/delta) 30 t^2 (1 - t)^2 at t = -d/delta in 0 … 1."""
-        t = min(max(-d / self.range_um, 0.0), 1.0)
-        return self.work_Pa_um / self.range_um * 30.0 * t**2 * (1.0 - t) ** 2
+        """Pull at the depth d [Pa], as a number."""
+        return pull_at(d, self.work_Pa_um, self.range_um)
 
     def potential(self, x: Any, obstacle: Obstacle) -> Any:
         """Potential of a piece of surface at x per reference area [Pa µm]: -w in touch, 0 beyond the range."""
