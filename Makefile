@@ -43,7 +43,7 @@ unexport PYTHONPATH PYTHONHOME PETSC_DIR PETSC_ARCH SLEPC_DIR
 .NOTPARALLEL:
 .PHONY: help setup study test paper paper-runs taken-over figures-smoke compare report audit calibrate
 .PHONY: fig1 fig2 fig3 fig4 fig5 fig6 fig7 table1 table2 table3 table-fig2 lint check movie speed speed-error clean
-.PHONY: readings effective geometries lattice verify accuracy defaults second-code mutants fuzz campaign needs locking hard-cases container-check
+.PHONY: readings effective geometries drivers lattice verify accuracy defaults second-code mutants fuzz campaign needs locking hard-cases container-check
 MAKEFLAGS += --no-print-directory
 # A case that failed fails its study, and the figures that show the others and say so. So where goals follow each other
 # here, --keep-going tries them all, and then make fails.
@@ -126,6 +126,10 @@ effective: setup ## all 57 runs in the reading that fits best, with figures and 
 geometries: setup ## Table 1 as a cylinder, as a turned ball and as a ball in space, side by side
 	-@$(MAKE) --keep-going run-geometries  # two laws are no stable ball, and say so
 	$(PAPER) geometries --results $(RESULTS)
+
+drivers: setup ## what deforms the nucleus: weight, adhesion, contractile actin, and pairs of them; pictures and report
+	@$(MAKE) run-drivers
+	$(PYTHON) -m cellmech.report $(RESULTS)/drivers --draw
 
 lattice: setup ## a ball between four square pillars in 3-D: picture, film from all sides, files for ParaView, report
 	@$(MAKE) run-lattice

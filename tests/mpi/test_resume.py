@@ -15,16 +15,27 @@ pytestmark = pytest.mark.mpi
 SCENE = 'title = "half"\n[mesh]\nsize_um = 4.0\n[time]\nrtol = 1e-2\n'
 
 
+DRIVEN = """[adhesion]
+work_uJ_m2 = 0.5
+[[actin]]
+where = "basal"
+stress_Pa = 1.0
+start_s = 2000.0
+[medium]
+viscosity_Pa_s = 100.0
+"""
+
+
 def history(path):
     with open(path / "history.csv", newline="") as file:
         return list(csv.DictReader(file))
 
 
-@pytest.mark.parametrize(("first", "then"), [(2, 1), (1, 3)])
-def test_case_killed_on_some_ranks_goes_on_on_others(first, then, tmp_path):
+@pytest.mark.parametrize(("first", "then", "more"), [(2, 1, ""), (1, 3, ""), (2, 1, DRIVEN)])
+def test_case_killed_on_some_ranks_goes_on_on_others(first, then, more, tmp_path):
     scene = tmp_path / "half.toml"
     whole, parts = tmp_path / "one" / "whole", tmp_path / "two" / "parts"  # side by side it would be taken over
-    scene.write_text(SCENE)
+    scene.write_text(SCENE + more)
     assert program(scene, "--out", whole, "--quiet", ranks=1).status == 0
 
     killed = start(scene, "--out", parts, "--ranks-per-case", first, "--quiet", ranks=first)

@@ -23,6 +23,11 @@ SCENES = {
     },
     "solid": {"layer": {name: {"fluid_fraction": 0.0} for name in ("membrane", "cytosol", "lamina", "nucleoplasm")}},
     "mixed": {"cell": {"poisson": 0.499}},
+    "driven": {
+        "adhesion": {"work_uJ_m2": 0.5},
+        "actin": [{"where": "basal", "stress_Pa": 1.0, "start_s": 2000.0, "half_ramp_s": 3000.0}],
+        "medium": {"viscosity_Pa_s": 100.0},
+    },
     "full": {"cell": {"shape": "full"}, "mesh": {"size_um": 6.0}},
 }
 

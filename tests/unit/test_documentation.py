@@ -244,9 +244,11 @@ def test_scene_page_states_the_rules_that_are_applied():
 def test_every_column_of_a_result_is_explained(tmp_path):
     explained = set()
     for geometry in ("plane", "axisymmetric"):
-        scene = cellmech.Scene(cell={"geometry": geometry}, mesh={"size_um": 8.0}, time={"history": False})
+        driven = {"adhesion": {"work_uJ_m2": 0.01}, "actin": ({"stress_Pa": 0.1},)}
+        tables = {"cell": {"geometry": geometry}, "mesh": {"size_um": 8.0}, "time": {"history": False}, **driven}
+        scene = cellmech.Scene(**tables)
         explained |= explained_names(cellmech.solve(scene, tmp_path / geometry).result)
-    later = {"error", "accuracy", "own", "energy.kinetic", "contact.area_um2"}  # of other runs, the last of 3-D
+    later = {"error", "accuracy", "own", "energy.kinetic", "energy.drag_work", "contact.area_um2"}  # of other runs
     tables = r"(contact|energy|shape_index|nucleus_shape|share\w+|stability)\."
     assert {span for span in names_of_numbers() if re.match(tables, span)} - later <= explained | {
         "nucleus_shape.depth_um"

@@ -1,5 +1,6 @@
 """Adhesion against Johnson, Kendall & Roberts, and the energy that it brings."""
 
+import csv
 import math
 from contextlib import closing
 
@@ -83,3 +84,27 @@ def test_energy_of_adhesion_is_stored_dissipated_or_spent(tmp_path, ladder):
     assert energy["dissipated"] > 0
     ladder("adhesion: gap over its work", ours=energy["balance_error"] / energy["adhesion_work"], abs=2e-3)
     assert result["contact"]["force_pN"] == pytest.approx(result["contact"]["weight_pN"], rel=1e-5)
+
+
+def test_cell_sinks_as_stokes_says_and_comes_to_rest_on_the_pillar(tmp_path, ladder):
+    """Without inertia: 6 pi eta R v is the weight until the pillar bears it; a gap of 1 µm and a medium of 100 Pa s."""
+    data = {
+        "cell": {"geometry": "axisymmetric", "gap_um": 1.0},
+        "load": {"half_ramp_s": 0.0},
+        "medium": {"viscosity_Pa_s": 100.0},
+        "time": {"end_s": 4000.0, "rtol": 1e-2},
+        "output": {"times_s": [200.0]},
+        "mesh": {"size_um": 6.0},
+    }
+    result = solve(tmp_path / "sinking", data)
+    with open(tmp_path / "sinking" / "history.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    sinking = next(row for row in rows if float(row["t_s"]) == 200.0)
+    weight = result["contact"]["weight_pN"]
+    speed = weight / (6 * math.pi * 100.0 * RADIUS)
+    ladder("Stokes's speed", ours=float(sinking["settled"]), reference=speed, rel=1e-4, unit="µm/s")
+    assert float(sinking["contact.force_pN"]) == 0.0
+    assert result["contact"]["lift_um"] == 0.0
+    assert result["contact"]["force_pN"] == pytest.approx(weight, rel=0.02)
+    energy = result["energy"]
+    ladder("sinking: gap over the weight's work", ours=energy["balance_error"] / energy["gravity_work"], abs=1e-3)
