@@ -38,6 +38,11 @@ class Cause(Enum):
         "the material can fail in bands as thin as the mesh allows, and states depend on the mesh",
         'Use cell.law = "neo-hookean" or a smaller load; stability = "warn" follows the cell further.',
     )
+    SELF_CONTACT = (
+        "self-contact",
+        "the cell comes into contact with itself (at {where} um), which is not modelled",
+        "Lower adhesion.work_uJ_m2 or the actin's stress; the state before is saved.",
+    )
     NOT_SOLVED = (
         "linear-solver",
         "the linear solver stops: {left:.2g} of the residual is left after {made} iterations",

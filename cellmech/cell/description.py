@@ -219,6 +219,10 @@ def _describe_drivers(setup: Setup, modelled: dict[str, str], left: dict[str, st
         elif isinstance(driver, Actin):
             place = scene.actin[scene.actin.index(one)].where
             modelled[driver.name.replace("_", " ")] = f"{driver.stress_Pa:g} Pa, {driver.direction}, {place}, {grows}"
+    if scene.drivers:
+        space = scene.cell.geometry == "3d"
+        ends = "not looked for in 3-D" if space else "a run stops where the outline crosses itself"
+        left["contact of the cell with itself"] = ends
     if setup.body.drag is not None:
         modelled["drag"] = f"of the medium on the outline, {scene.medium.viscosity_Pa_s:g} Pa s"
     elif scene.medium.viscosity_Pa_s:

@@ -17,6 +17,7 @@ SAMPLES = 9  # of an edge, its ends among them
 CLOSER_LOOKS, ZOOMS = 4, 3  # edges whose depth is looked for more closely, each time at a quarter of the distance
 # Where an edge's nodes lie between its ends, by their number: Basix's Gauss-Lobatto points.
 INNER_NODES = {2: (), 3: (0.5,), 4: (0.5 - 0.05**0.5, 0.5 + 0.05**0.5)}
+ON_AXIS = 1e-9  # of the outline's size: nearer ends are one
 ROUNDS, HALVINGS = 8, 4  # of an eighth of an edge, bisected so often in one round: in the end 1e-11 µm
 
 
@@ -61,6 +62,38 @@ def owned_dofs(domain: Domain, space: fem.FunctionSpace, name: str) -> np.ndarra
         local = int(np.nonzero(to_facet.links(cell) == facet)[0][0])
         dofs.append(space.dofmap.cell_dofs(cell)[closures[local]])
     return np.array(dofs, dtype=np.int64).reshape(-1, len(closures[0]))
+
+
+def crossing_of(segments: np.ndarray, axis: float | None = None) -> tuple[float, float] | None:
+    """The middle of a segment that crosses another one, or an axis [µm]; None where none does.
+
+    Args:
+        segments: their ends [µm], shape (n, 2, 2); where two share an end they may meet.
+        axis: x of a vertical that they must not pass.
+    """
+    size = float(np.ptp(segments.reshape(-1, 2), axis=0).max()) if len(segments) else 0.0
+    if axis is not None and len(segments):
+        beyond = segments[..., 0].min(axis=1) < axis - ON_AXIS * size
+        if beyond.any():
+            return _middle(segments[int(np.argmax(beyond))])
+    a, b = segments[:, None, 0], segments[:, None, 1]
+    c, d = segments[None, :, 0], segments[None, :, 1]
+
+    def side(p: np.ndarray, q: np.ndarray, r: np.ndarray) -> np.ndarray:
+        return np.asarray((q - p)[..., 0] * (r - p)[..., 1] - (q - p)[..., 1] * (r - p)[..., 0])
+
+    apart = (side(a, b, c) * side(a, b, d) < 0) & (side(c, d, a) * side(c, d, b) < 0)
+    meets = np.zeros_like(apart)
+    for one in (a, b):
+        for other in (c, d):
+            meets |= np.linalg.norm(one - other, axis=-1) <= ON_AXIS * size
+    found = np.argwhere(apart & ~meets)
+    return _middle(segments[found[0, 0]]) if len(found) else None
+
+
+def _middle(segment: np.ndarray) -> tuple[float, float]:
+    x, y = segment.mean(axis=0)
+    return float(x), float(y)
 
 
 class Outline:
@@ -109,6 +142,17 @@ class Outline:
         length = float(np.sum(np.linalg.norm(tangent, axis=-1) * weight / 2))
         area = float(np.sum(position[..., 0] * tangent[..., 1] * weight / 2))
         return self.comm.allreduce(length), self.comm.allreduce(area)
+
+    def crossing(self, u: fem.Function, axis: float | None = None) -> tuple[float, float] | None:
+        """A place where the deformed outline crosses itself [µm], None where it does not. Collective.
+
+        Args:
+            u: displacement [µm].
+            axis: x of the axis at which the other half is its mirror image, None for a whole outline.
+        """
+        edges = np.concatenate([np.empty((0, self.dofs.shape[1], 2)), *self.comm.allgather(self.nodes(u))])
+        order = [0, *range(2, edges.shape[1]), 1]
+        return crossing_of(np.stack([edges[:, order[:-1]], edges[:, order[1:]]], axis=2).reshape(-1, 2, 2), axis)
 
     def max_depth(self, u: fem.Function, obstacles: Iterable[Obstacle]) -> float:
         """Largest depth of the outline in the obstacles [µm], at nodes and between them; -inf if empty. Collective."""

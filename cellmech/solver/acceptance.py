@@ -12,6 +12,7 @@ import numpy as np
 
 from cellmech.causes import Cause, Reason
 from cellmech.errors import SolveError
+from cellmech.names import coordinates
 from cellmech.solver.ellipticity import Stability, StabilityWatch
 from cellmech.solver.ellipticity_in_space import StabilityInSpace
 from cellmech.solver.energy_balance import Ledger
@@ -41,6 +42,10 @@ class Judged(Protocol):
     modes: Any
     reach_um: float
     log: Callable[[str], None]
+
+    @property
+    def crossing(self) -> Callable[[], tuple[float, float] | None] | None:
+        """Finds a place where the body crosses itself; None of a body in which that is not looked for."""
 
 
 class Acceptance:
@@ -73,6 +78,8 @@ class Acceptance:
                 self.beyond = {"since_s": t, "load_amplitude": amplitude}
                 self.doubt = f'{lost}; this state is beyond, as stability = "warn" asks for'
                 self.run.log(f"warning: ellipticity: {self.doubt}")
+        if self.run.crossing is not None and (place := self.run.crossing()) is not None:
+            raise Refused(Cause.SELF_CONTACT.reason(where=coordinates(place)))
         if self.run.modes is not None and (fault := self.held(amplitude)):
             raise Refused(fault)
         self.stability = found or self.stability

@@ -11,6 +11,7 @@ from mpi4py import MPI
 
 from cellmech.causes import Cause, Reason
 from cellmech.fem.boundary import boundary
+from cellmech.fem.outline import Outline
 from cellmech.mechanics.balance import Body
 from cellmech.mechanics.obstacles import Obstacle
 from cellmech.solver.acceptance import Acceptance, Refused
@@ -148,6 +149,14 @@ class Simulation:
                 self.solver.restart()  # as the solver of a run that goes on from here must
                 if on_checkpoint is not None:
                     on_checkpoint(self.memory())
+
+    @property
+    def crossing(self) -> Callable[[], tuple[float, float] | None] | None:
+        """What finds a place where the outline of a body that is pulled crosses itself; None in space."""
+        if not self.body.drivers or not isinstance(self.outline, Outline):
+            return None
+        held = not self.state.free[0]
+        return partial(self.outline.crossing, self.state.u, 0.0 if held else None)
 
     def rate(self) -> float:
         """Largest nodal displacement rate over the last step [µm/s], 0 at constant load without memory."""

@@ -54,14 +54,14 @@ class Pushed:
     def __getattr__(self, name):
         return getattr(self.ledger, name)
 
-    def contact_force(self):
+    def contact_force(self, amplitude=None):
         return self.push * abs(self.ledger.load_resultant()[1]) * self.ledger.amplitude
 
 
 class Turned(Pushed):
     """An object like another one but for the moment; `push` is its arm [µm]."""
 
-    def contact_force(self):
+    def contact_force(self, amplitude=None):
         return self.ledger.contact_force()
 
     def moment(self, amplitude):

@@ -7,7 +7,7 @@ from mpi4py import MPI
 
 from cellmech.cell.layering import mesh_plan
 from cellmech.cell.setup import Setup
-from cellmech.fem.outline import HALVINGS, _bisected
+from cellmech.fem.outline import HALVINGS, _bisected, crossing_of
 from cellmech.scene.files import read_scene
 
 SCENE = read_scene({"mesh": {"size_um": 8.0}}, "test")
@@ -62,4 +62,28 @@ def test_contact_narrower_than_the_samples_has_its_width(half_width):
     twice = np.sum((x[..., 0].min(axis=1) < spike.at) & (x[..., 0].max(axis=1) > spike.at))  # below and above
     assert twice == 2 and found == pytest.approx(twice * 2 * spike.half_width, rel=1e-6)
     assert 0.5e-3 < outline.max_depth(rest, [spike]) <= 1e-3
+    run.close()
+
+
+def test_outline_that_crosses_itself_is_found_and_one_that_touches_its_neighbours_is_not():
+    angle = np.linspace(0.0, 2 * np.pi, 41)
+    circle = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    closed = np.stack([circle[:-1], circle[1:]], axis=1)
+    assert crossing_of(closed) is None and crossing_of(closed[:0]) is None
+    angle += 0.07  # no two ends meet where it crosses
+    eight = np.stack([np.sin(angle), np.sin(2 * angle)], axis=-1)
+    place = crossing_of(np.stack([eight[:-1], eight[1:]], axis=1))
+    assert np.hypot(*place) < 0.3
+    right = closed[closed[..., 0].min(axis=1) > -1e-12]
+    assert crossing_of(right, 0.0) is None
+    assert crossing_of(right - [0.1, 0.0], 0.0) is not None
+
+
+def test_outline_of_a_state_is_looked_at():
+    run = Setup(SCENE, MPI.COMM_SELF, mesh_plan(SCENE)).create_run(lambda line: None)
+    assert run.crossing is None  # nothing pulls
+    assert run.outline.crossing(run.state.u, 0.0) is None
+    top = run.body.space.tabulate_dof_coordinates()[:, 1] > 9.0
+    run.u.reshape(-1, 2)[top, 1] -= 25.0  # the upper half falls through the lower
+    assert run.outline.crossing(run.state.u, 0.0) is not None
     run.close()
