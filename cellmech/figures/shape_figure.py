@@ -23,10 +23,11 @@ from cellmech.figures.space import AZIMUTH_DEG, Paint, Stage, scale_of
 from cellmech.figures.style import FADED, FAULT_COLOUR, LAWS, LAYER_COLOURS, SMALL, SUBSTRATE, field_label
 from cellmech.figures.substrate import behind, footprints, polygons
 from cellmech.results.result import Result
+from cellmech.scene.parts import Adhesion
 from cellmech.scene.scene import Scene
 
 PX_PER_IN = 220
-LETTERS_PER_IN = 10.5  # of a caption
+LETTERS_PER_IN, LINE_IN = 10.5, 0.22  # of a caption
 WIDE_IN, ABOVE_IN, BELOW_IN = 7.3, 1.2, 0.75  # of the section alone
 FIELD_COLOURS = "viridis"
 FOOT: dict[str, Any] = dict(ec="#4d4d4d", lw=1.2)
@@ -59,7 +60,8 @@ def draw_case(case: Result, quantity: str | None = None) -> Figure:
     else:
         view = _section_view(section, case.scene)
         tall = WIDE_IN * (view[3] - view[2]) / (view[1] - view[0])
-        figure = Figure(figsize=(WIDE_IN + 0.3, tall + ABOVE_IN + BELOW_IN))
+        above = ABOVE_IN + LINE_IN * bool(case.scene.drivers)
+        figure = Figure(figsize=(WIDE_IN + 0.3, tall + above + BELOW_IN))
         box = (0.15 / (WIDE_IN + 0.3), BELOW_IN, WIDE_IN / (WIDE_IN + 0.3), tall)
         height = figure.get_figheight()
         axes = figure.add_axes((box[0], box[1] / height, box[2], box[3] / height))
@@ -192,11 +194,26 @@ def write_caption(figure: Figure, case: Result, t_s: float) -> None:
     state = f"t = {t_s:,.0f} s" if not case.failure else f"FAILED: last state, t = {t_s:,.0f} s"
     letters = int(LETTERS_PER_IN * figure.get_figwidth())
     lines = [f"{KINDS[scene.cell.geometry]},  {laws},  load × {scene.load.factor:g},  {state}"]
+    if scene.drivers:
+        lines += textwrap.wrap(", ".join(drivers_words(scene)), letters)
     lines += textwrap.wrap(nucleus_words(case), letters)
-    figure.text(0.02, 1 - 0.36 / height, scene.title or case.name, fontsize=15, weight="bold")
+    alone = case.folder.name == case.folder.parent.name  # a scene of its own, not one case of a study
+    title = scene.title if scene.title and alone else ": ".join(filter(None, (scene.title, case.name)))
+    figure.text(0.02, 1 - 0.36 / height, title, fontsize=15, weight="bold")
     for index, line in enumerate(lines):
         colour = FAULT_COLOUR if case.failure and not index else "black"
-        figure.text(0.02, 1 - (0.62 + 0.22 * index) / height, line, fontsize=SMALL + 1, color=colour)
+        figure.text(0.02, 1 - (0.62 + LINE_IN * index) / height, line, fontsize=SMALL + 1, color=colour)
+
+
+def drivers_words(scene: Scene) -> list[str]:
+    """What pulls besides the weight."""
+    words = []
+    for one in scene.drivers:
+        if isinstance(one, Adhesion):
+            words.append(f"adhesion {one.work_uJ_m2:g} µJ/m² within {one.range_um:g} µm")
+        else:
+            words.append(f"actin {one.where} {one.stress_Pa:g} Pa")
+    return words
 
 
 def nucleus_words(case: Result) -> str:
