@@ -35,6 +35,7 @@ from cellmech.results.field_files import write_fields
 from cellmech.results.records import CaseFolder, flatten
 from cellmech.scene.case import Case
 from cellmech.scene.files import scene_to_toml
+from cellmech.scene.scene import Scene
 from cellmech.solver import room
 from cellmech.solver.acceptance import Refused
 from cellmech.solver.ellipticity import Stability
@@ -50,6 +51,11 @@ OUT_OF_PLANE = (
     "waves that leave the plane, which no state here can show, lose ellipticity: {}: in space this state is not stable"
 )
 MEMORY_BASE_MB, MEMORY_PER_DOF_MB = 260.0, 0.012
+FOLDED = 0.55  # least stretch of a membrane below which its surface folds: a half space creases at 0.54 (Biot 1963)
+FOLDS = (
+    "the membrane is squeezed to {least:.2g} of a length: it folds at the edge of the contact, which then may stick "
+    "where a wider adhesion.range_um would let it move on; compare two ranges"
+)
 MESHED_AT_ONCE, COARSE = 1e6, 5e4  # unknowns up to which a case is described by its mesh, and of what stands in for it
 
 
@@ -186,6 +192,9 @@ def _solve(
         if in_space is not None and in_space.lost and not (stability is not None and stability.lost):
             in_doubt["ellipticity in space"] = OUT_OF_PLANE.format(in_space)
             folder.log(f"warning: ellipticity in space: {in_doubt['ellipticity in space']}")
+        if told := folds(scene, scalars["membrane"]["principal_stretch_min"]):
+            in_doubt["folds"] = told
+            folder.log(f"warning: folds: {told}")
         write_fields(folder, observer, run.t, series, bool(accepted.beyond))
         look_for_doubts()
     folder.agree()
@@ -201,6 +210,11 @@ def _solve(
         result["beyond_ellipticity"] = {"since_s": None, "load_amplitude": None} | since
     folder.log(f"{outcome['status']} in {result['wall_s']:.2f} s")
     return result | scalars
+
+
+def folds(scene: Scene, least: float | None) -> str:
+    """What is in doubt of a cell that adheres, whose membrane has this least stretch [-]; "" where nothing is."""
+    return FOLDS.format(least=least) if scene.adhesion is not None and least is not None and least < FOLDED else ""
 
 
 def _last_good_state(

@@ -26,6 +26,7 @@ from cellmech.mechanics.laws import LAWS
 from cellmech.mechanics.obstacles import Flat, Pillar
 from cellmech.mesh.ball import BallSpec
 from cellmech.mesh.disc import DiscSpec
+from cellmech.runs.case import folds
 from cellmech.scene.files import read_scene, scene_to_toml
 from cellmech.solver.energy_balance import Ledger, owned_values
 from cellmech.solver.newton import Solver
@@ -323,3 +324,9 @@ class TestScene:
             state.advance((1.0, -1.0, 0.0), False)
         assert ledger.works["actin"] == approx(ledger.stored(), rel=1e-3)
         assert ledger.numbers()["actin"] == ledger.works["actin"] and LAWS
+
+    def test_membrane_that_folds_is_told_of(self) -> None:
+        """Where it is squeezed to half of a length a wider range may lead elsewhere."""
+        sticks = scene_with(adhesion={})
+        assert "squeezed to 0.37 of a length" in folds(sticks, 0.37)
+        assert folds(sticks, 0.7) == folds(sticks, None) == folds(scene_with(), 0.37) == ""
