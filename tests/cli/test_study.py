@@ -66,7 +66,7 @@ def test_json_lists_and_checks(fake, my):
     assert json.loads(fake("my.toml", "--json", "--list").out) == {"cases": ["a", "b"]}
     checked = json.loads(fake("my.toml", "--json", "--check").out)["cases"]
     assert list(checked) == ["a", "b"]
-    assert checked["a"].keys() == {"model", "cells", "dofs", "memory_MB"}
+    assert checked["a"].keys() == {"model", "cells", "dofs", "memory_MB", "estimated"}
 
 
 def test_no_study_means_figure_2(folder):

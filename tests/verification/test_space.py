@@ -223,12 +223,12 @@ def test_first_guess_that_leads_half_the_way_is_where_the_load_is_followed_from(
         assert run.solve(0.5).converged
         return 0.5
 
-    monkeypatch.setattr(cascade, "_equilibrium", half)
+    monkeypatch.setattr(cascade, "_go_far", half)
     guessed(tmp_path, monkeypatch, "unknowns at 0.5 of the load (second order)", size_um=9.0, order=3)
 
 
 def test_no_equilibrium_with_fewer_unknowns_gives_no_first_guess(tmp_path, monkeypatch):
-    monkeypatch.setattr(cascade, "_equilibrium", lambda run: 0.0)
+    monkeypatch.setattr(cascade, "_go_far", lambda run: 0.0)
     guessed(tmp_path, monkeypatch, "find no equilibrium", size_um=9.0, order=3)
 
 
