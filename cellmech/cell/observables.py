@@ -309,7 +309,8 @@ class Observer:
         if body.drag is not None:
             spent["drag_work"] = works["drag"] * copies
         if not self.run.has_a_way:
-            return dict.fromkeys(("gravity_work", *pulled, *spent, "balance_error")) | stored
+            works_of_the_way = (name for name in spent if name != "stored")
+            return {**dict.fromkeys(("gravity_work", *pulled, *works_of_the_way, "balance_error")), **stored}
         if body.density is not None:
             spent["kinetic"] = ledger.kinetic() * copies
         given = {"gravity_work": ledger.load_work * copies, **pulled}
