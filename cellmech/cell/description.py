@@ -18,6 +18,7 @@ from cellmech.solver.ellipticity import yeoh_bounds
 from cellmech.solver.simulation import Simulation
 
 COARSE = 1.5  # mesh.size_um over the usual one from which a mesh is called coarse
+USUAL_MEDIUM = 950.0  # kg/m3 beside the default cell's 1,000: what is heavier by a twentieth, as cells are in culture
 NO_INERTIA = 1e-9  # of the weight: rho a below it is below the Newton tolerance
 
 
@@ -151,6 +152,14 @@ def _locking_warning(scene: Scene) -> dict[str, str]:
 def _hints(setup: Setup) -> dict[str, str]:
     """Settings that do nothing to the numbers, or to those of the end state; which numbers are the least exact."""
     scene, cell, hints = setup.scene, setup.scene.cell, {}
+    if scene.has_weight and not cell.medium_density_kg_m3:
+        whole, left = cell.density_kg_m3, cell.density_kg_m3 - USUAL_MEDIUM
+        part = (
+            f": in a medium of {USUAL_MEDIUM:g} kg/m3 {100 * left / whole:.2g} % of it would be left"
+            if left > 0
+            else ""
+        )
+        hints["buoyancy"] = f"cell.medium_density_kg_m3 is 0, so the whole weight acts{part}"
     if cell.geometry == "3d":
         hints["maxima"] = (
             "in 3-D the largest J3 and lowest pressure of cytosol and membrane, at single points, are the least exact: "
