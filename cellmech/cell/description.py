@@ -152,14 +152,6 @@ def _locking_warning(scene: Scene) -> dict[str, str]:
 def _hints(setup: Setup) -> dict[str, str]:
     """Settings that do nothing to the numbers, or to those of the end state; which numbers are the least exact."""
     scene, cell, hints = setup.scene, setup.scene.cell, {}
-    if scene.has_weight and not cell.medium_density_kg_m3:
-        whole, left = cell.density_kg_m3, cell.density_kg_m3 - USUAL_MEDIUM
-        part = (
-            f": in a medium of {USUAL_MEDIUM:g} kg/m3 {100 * left / whole:.2g} % of it would be left"
-            if left > 0
-            else ""
-        )
-        hints["buoyancy"] = f"cell.medium_density_kg_m3 is 0, so the whole weight acts{part}"
     if cell.geometry == "3d":
         hints["maxima"] = (
             "in 3-D the largest J3 and lowest pressure of cytosol and membrane, at single points, are the least exact: "
@@ -241,7 +233,12 @@ def _describe_drivers(setup: Setup, modelled: dict[str, str], left: dict[str, st
 def _describe_rest(setup: Setup, modelled: dict[str, str], left: dict[str, str]) -> None:
     scene = setup.scene
     if setup.weight:
-        modelled["gravity"] = f"{setup.force_density:.6g} Pa/um per reference volume at full load"
+        whole, left_over = scene.cell.density_kg_m3, scene.cell.density_kg_m3 - USUAL_MEDIUM
+        buoyancy = ""
+        if not scene.cell.medium_density_kg_m3 and left_over > 0:
+            part = f"{100 * left_over / whole:.2g} % of it would be left in {USUAL_MEDIUM:g} kg/m3"
+            buoyancy = f", without buoyancy (cell.medium_density_kg_m3 is 0; {part})"
+        modelled["gravity"] = f"{setup.force_density:.6g} Pa/um per reference volume at full load{buoyancy}"
     else:
         left["gravity"] = "the load is zero"
     _describe_drivers(setup, modelled, left)
