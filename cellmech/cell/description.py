@@ -6,13 +6,13 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from cellmech.cell.driving import PLACES
 from cellmech.cell.footing import SIZE_OVER_RADIUS
 from cellmech.cell.placed import M_S2
 from cellmech.cell.setup import Setup, material, mixed_layers
-from cellmech.mechanics.drivers import Actin, Adhesion
 from cellmech.mesh.disc import DiscSpec
 from cellmech.scene.inputs import MIXED_ABOVE
-from cellmech.scene.parts import LAYER_NAMES, Mesh
+from cellmech.scene.parts import LAYER_NAMES, Adhesion, Mesh
 from cellmech.scene.scene import AT_REST, Scene
 from cellmech.solver.ellipticity import yeoh_bounds
 from cellmech.solver.simulation import Simulation
@@ -209,17 +209,14 @@ def _describe_pressure(setup: Setup, modelled: dict[str, str], left: dict[str, s
 def _describe_drivers(setup: Setup, modelled: dict[str, str], left: dict[str, str]) -> None:
     """Adhesion, actin and drag; nothing of what a scene does not have."""
     scene = setup.scene
-    for one, driver in zip(scene.drivers, setup.body.drivers, strict=True):
-        grows = f"whole at {one.start_s + 2 * one.half_ramp_s:g} s"
-        if isinstance(driver, Adhesion):
-            above = "" if driver.above_um is None else f", above y = {driver.above_um:g} um"
-            modelled["adhesion"] = (
-                f"{driver.work_Pa_um:g} uJ/m2 per reference area within {driver.range_um:g} um of "
-                f"{' and '.join(scene.adhesion.on if scene.adhesion else ())}{above}, {grows}"
-            )
-        elif isinstance(driver, Actin):
-            place = scene.actin[scene.actin.index(one)].where
-            modelled[driver.name.replace("_", " ")] = f"{driver.stress_Pa:g} Pa, {driver.direction}, {place}, {grows}"
+    for name, one in scene.drivers:
+        if isinstance(one, Adhesion):
+            above = "" if one.above_um is None else f", above y = {one.above_um:g} um"
+            told = f"{one.work_uJ_m2:g} uJ/m2 per reference area within {one.range_um:g} um of "
+            told += f"{' and '.join(one.on)}{above}"
+        else:
+            told = f"{one.stress_Pa:g} Pa, {one.direction or PLACES[one.where][1]}, {one.where}"
+        modelled[name.replace("_", " ")] = f"{told}, whole at {one.start_s + 2 * one.half_ramp_s:g} s"
     if scene.drivers:
         space = scene.cell.geometry == "3d"
         ends = "not looked for in 3-D" if space else "a run stops where the outline crosses itself"

@@ -52,20 +52,22 @@ def driven(
     if not scene.drivers:
         return found | {"amplitude": weight}
     ramps = [weight] if scene.has_weight else []
-    for one in scene.drivers:
+    for _, one in scene.drivers:
         shortest = 0.5 * PUT_ON * scene.time.end_s if one.start_s > 0 else 0.0
         ramps.append(ramp(max(one.half_ramp_s, shortest), one.start_s))
     line = Timeline(ramps, max(scene.ramp_end_s, scene.time.end_s))
     shares = [line.share(number) for number in range(len(ramps))]
     dead = shares.pop(0) if scene.has_weight else lambda progress: 0.0
     drivers = [
-        _driver(scene, one, share, centre, obstacles, groups) for one, share in zip(scene.drivers, shares, strict=True)
+        _driver(scene, name, one, share, centre, obstacles, groups)
+        for (name, one), share in zip(scene.drivers, shares, strict=True)
     ]
     return found | {"amplitude": line.progress, "dead": dead, "drivers": tuple(drivers)}
 
 
 def _driver(
     scene: Scene,
+    name: str,
     one: parts.Adhesion | parts.Actin,
     share: Callable[[float], float],
     centre: tuple[float, ...],
@@ -74,14 +76,12 @@ def _driver(
 ) -> Driver:
     if isinstance(one, parts.Adhesion):
         bare = tuple(o for label, o in obstacles.items() if kind_of(label) not in one.on)
-        return Adhesion(share, one.work_uJ_m2, one.range_um, bare, one.above_um)
+        return Adhesion(share, one.work_uJ_m2, one.range_um, bare, one.above_um, name)
     angles, direction = PLACES[one.where]
     sector = Sector(centre, one.radii_um or radii_of(scene, one), one.angles_deg or angles, FADE * scene.radius_um)
     if one.where == "cortex" and groups is not None and one.radii_um is None:
         names = tuple(name for name in groups if whole(name) == "membrane")
         sector = Sector(centre, (None, None), sector.angles_deg, sector.fade_um, names)
-    number = scene.actin.index(one)
-    name = "actin" if len(scene.actin) == 1 else f"actin_{number}"
     return Actin(share, one.stress_Pa, sector, one.direction or direction, name)
 
 

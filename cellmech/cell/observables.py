@@ -281,9 +281,8 @@ class Observer:
             "lift_um": layout.lift_um,
             "slide_um": layout.slide_um,
         }
-        for driver in run.body.drivers:
-            if driver.reach_um > 0:
-                result[f"{driver.name}_{unit}"] = 0.0 - float(run.ledger.resultant(driver.name)[1]) * layout.copies
+        for driver in run.body.pulling:
+            result[f"{driver.name}_{unit}"] = 0.0 - float(run.ledger.resultant(driver.name)[1]) * layout.copies
         obstacles: tuple[Obstacle, ...] = (*run.body.obstacles, *run.out_of_reach)
         if run.body.contact is not None and obstacles:
             contact = run.body.contact

@@ -273,7 +273,7 @@ class Setup(Placed):
         soft = min(stiffness_Pa(scene, name) for name in LAYER_NAMES)
         body, radius = self.body, self.scene.radius_um
         load = abs(self.force_density) * radius * body.dead(body.amplitude(self.scene.time.end_s))
-        for one in scene.drivers:
+        for _, one in scene.drivers:
             load += abs(one.stress_Pa) if isinstance(one, Actin) else one.work_uJ_m2 / radius
         return min(SMALL * load * radius / soft, 1e-2 * radius)
 

@@ -25,7 +25,7 @@ def draw_contact_law(scene: Scene) -> Figure:
         reach, deepest = BEYOND * length, -pull_at(-length / 2, work, length) / kappa
         told = f"work of adhesion {work:g} µJ/m² (shaded), range {length:g} µm"
     gap = np.linspace(deepest, reach, POINTS)
-    push = np.array([push_at(-g, kappa, width, not settings.form.startswith("volume")) for g in gap])
+    push = np.array([push_at(-g, kappa, width, settings.on_surface) for g in gap])
     pulled = np.array([pull_at(-g, work, length) for g in gap])
     axes.axhline(0.0, color="0.6", linewidth=0.8)
     axes.axvline(0.0, color="0.6", linewidth=0.8)

@@ -208,7 +208,7 @@ def write_caption(figure: Figure, case: Result, t_s: float) -> None:
 def drivers_words(scene: Scene) -> list[str]:
     """What pulls besides the weight."""
     words = []
-    for one in scene.drivers:
+    for _, one in scene.drivers:
         if isinstance(one, Adhesion):
             words.append(f"adhesion {one.work_uJ_m2:g} µJ/m² within {one.range_um:g} µm")
         else:

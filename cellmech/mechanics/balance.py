@@ -92,9 +92,9 @@ class Body:
         return self.density is not None or self.drag is not None
 
     @property
-    def adheres(self) -> bool:
-        """True if obstacles pull the body across a gap."""
-        return any(driver.reach_um > 0 for driver in self.drivers)
+    def pulling(self) -> tuple[Driver, ...]:
+        """The drivers by which obstacles pull the body across a gap."""
+        return tuple(driver for driver in self.drivers if driver.reach_um > 0)
 
     @property
     def reach_um(self) -> float:

@@ -76,12 +76,18 @@ def grown(shells: list[np.ndarray]) -> list[float]:
     return radii
 
 
+def directions_of_a_quarter(count: int) -> np.ndarray:
+    """Unit vectors that are spread evenly over a quarter of a sphere, shape (3, count)."""
+    height = (np.arange(count) + 0.5) / count * 2 - 1
+    turn = np.arange(count) * (math.sqrt(5) - 1) / 2 % 1 * math.pi / 2
+    flat = np.sqrt(1 - height**2)
+    return np.array([flat * np.cos(turn), height, flat * np.sin(turn)])
+
+
 def _elements_across(spec: BallSpec, inner: float, outer: float) -> int:
     """Elements across an extruded layer, 0 for one whose elements are small enough to need no structure."""
-    height = (np.arange(DIRECTIONS) + 0.5) / DIRECTIONS * 2 - 1
-    turn = np.arange(DIRECTIONS) * (math.sqrt(5) - 1) / 2 % 1 * math.pi / 2
-    flat, middle = np.sqrt(1 - height**2), (inner + outer) / 2
-    offsets = middle * np.array([flat * np.cos(turn), height, flat * np.sin(turn)])
+    middle = (inner + outer) / 2
+    offsets = middle * directions_of_a_quarter(DIRECTIONS)
     offsets = np.hstack([offsets, [[0.0, 0.0], [-middle, middle], [0.0, 0.0]]])
     size = sizes_at(size_expressions(spec), spec.centre, *offsets)
     least = spec.thin_layers if outer - inner < THIN * spec.interfaces[-1][1] else 1

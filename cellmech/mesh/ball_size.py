@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from cellmech.mesh.ball import SYMMETRIC, BallSpec
-from cellmech.mesh.ball_mesh import grown, shells_of, size_expressions
+from cellmech.mesh.ball_mesh import directions_of_a_quarter, grown, shells_of, size_expressions
 from cellmech.mesh.sizes import sizes_at
 
 TETRAHEDRA = 8.2  # in a cube of the element size, as Gmsh fills it; regular ones would be 6 sqrt(2)
@@ -21,10 +21,7 @@ def expected_cells(spec: BallSpec) -> float:
     """Tetrahedra of a large mesh, to some 10 %; of one with few thousand, to some 30 %."""
     shells = shells_of(spec)
     radii, sizes = grown(shells), size_expressions(spec)
-    height = (np.arange(DIRECTIONS) + 0.5) / DIRECTIONS * 2 - 1
-    turn = np.arange(DIRECTIONS) * (math.sqrt(5) - 1) / 2 % 1 * math.pi / 2
-    flat = np.sqrt(1 - height**2)
-    directions = np.array([flat * np.cos(turn), height, flat * np.sin(turn)])  # of a quarter
+    directions = directions_of_a_quarter(DIRECTIONS)
 
     def over_sphere(radius: float, dimension: int) -> float:
         """Elements to a unit of thickness, or of the sphere's surface, if each is as long as its size in every way."""
@@ -39,8 +36,3 @@ def expected_cells(spec: BallSpec) -> float:
     prisms = sum((len(shell) - 1) * over_sphere(radius, 2) for shell, radius in zip(shells, radii, strict=True))
     quarters = 4 / 2 ** len(SYMMETRIC[spec.shape])
     return quarters * (TETRAHEDRA * thick + 3 * TRIANGLES * prisms)
-
-
-def expected_unknowns(spec: BallSpec, order: int) -> float:
-    """Displacements of a large mesh, if they are polynomials of this order."""
-    return 3 * NODES[order] * expected_cells(spec)

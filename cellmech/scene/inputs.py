@@ -154,15 +154,17 @@ class Inputs(Table):
         return self.layer.lamina.outer_radius_um
 
     @property
-    def drivers(self) -> tuple[Adhesion | Actin, ...]:
-        """What pulls besides the weight, and is not nothing."""
-        adhesion = (self.adhesion,) if self.adhesion is not None and self.adhesion.work_uJ_m2 > 0 else ()
-        return (*adhesion, *(one for one in self.actin if one.stress_Pa))
+    def drivers(self) -> tuple[tuple[str, Adhesion | Actin], ...]:
+        """What pulls besides the weight, and is not nothing, each with its name in results."""
+        sticks = self.adhesion is not None and self.adhesion.work_uJ_m2 > 0
+        adhesion = (("adhesion", self.adhesion),) if self.adhesion is not None and sticks else ()
+        names = ["actin"] if len(self.actin) == 1 else [f"actin_{number}" for number in range(len(self.actin))]
+        return (*adhesion, *((name, one) for name, one in zip(names, self.actin, strict=True) if one.stress_Pa))
 
     @property
     def ramp_end_s(self) -> float:
         """Time from which the full load acts, 2 T_g without drivers [s]."""
-        ends = [one.start_s + 2.0 * one.half_ramp_s for one in self.drivers]
+        ends = [one.start_s + 2.0 * one.half_ramp_s for _, one in self.drivers]
         return max([2.0 * self.load.half_ramp_s, *ends]) if self.has_weight or not ends else max(ends)
 
     @property

@@ -236,7 +236,12 @@ class Contact(Table):
     @property
     def width_key(self) -> str:
         """The key of the width over which this form's force sets in."""
-        return "volume_width_um" if self.form.startswith("volume") else "smoothing_um"
+        return "smoothing_um" if self.on_surface else "volume_width_um"
+
+    @property
+    def on_surface(self) -> bool:
+        """True if the force is a pressure on the outline."""
+        return not self.form.startswith("volume")
 
 
 class Adhesion(Table):

@@ -43,9 +43,8 @@ class Judged(Protocol):
     reach_um: float
     log: Callable[[str], None]
 
-    @property
-    def crossing(self) -> Callable[[], tuple[float, float] | None] | None:
-        """Finds a place where the body crosses itself; None of a body in which that is not looked for."""
+    def crossing(self) -> tuple[float, float] | None:
+        """A place where the body crosses itself [µm], if that is looked for and found."""
 
 
 class Acceptance:
@@ -78,7 +77,7 @@ class Acceptance:
                 self.beyond = {"since_s": t, "load_amplitude": amplitude}
                 self.doubt = f'{lost}; this state is beyond, as stability = "warn" asks for'
                 self.run.log(f"warning: ellipticity: {self.doubt}")
-        if self.run.crossing is not None and (place := self.run.crossing()) is not None:
+        if (place := self.run.crossing()) is not None:
             raise Refused(Cause.SELF_CONTACT.reason(where=coordinates(place)))
         if self.run.modes is not None and (fault := self.held(amplitude)):
             raise Refused(fault)

@@ -112,18 +112,13 @@ class Ledger:
         share = self._shares[name](amplitude) if name in self._shares else 1.0
         return share * self._assemble(name)
 
-    def _pull(self, amplitude: float) -> np.ndarray:
-        """Nodal forces by which the obstacles pull [Pa µm]."""
-        reaching = [driver.name for driver in self.body.drivers if driver.reach_um > 0]
-        return sum((self._acting(name, amplitude) for name in reaching), np.zeros(self._owned))
-
-    def pull(self, amplitude: float) -> np.ndarray:
-        """Resultant of the obstacles' pull on the modelled body now [Pa µm], a component each. Collective."""
-        return self._sum(self._pull(amplitude).reshape(-1, self._components).sum(axis=0))
-
     def _obstacles(self, amplitude: float) -> np.ndarray:
         """Nodal forces of the obstacles, push and pull [Pa µm]."""
-        return self._pull(amplitude) + self._assemble("contact")
+        return sum((self._acting(d.name, amplitude) for d in self.body.pulling), self._assemble("contact"))
+
+    def _resultant(self, forces: np.ndarray) -> np.ndarray:
+        """Sum of nodal forces over the modelled body, a component each. Collective."""
+        return self._sum(forces.reshape(-1, self._components).sum(axis=0))
 
     def contact_force(self, amplitude: float | None = None) -> np.ndarray:
         """Resultant of the obstacles, push and pull, on the modelled body now [Pa µm], a component each. Collective.
@@ -131,16 +126,20 @@ class Ledger:
         Args:
             amplitude: at which they pull [-]; that of the last step if left out.
         """
-        forces = self._obstacles(self.amplitude if amplitude is None else amplitude)
-        return self._sum(forces.reshape(-1, self._components).sum(axis=0))
+        return self._resultant(self._obstacles(self.amplitude if amplitude is None else amplitude))
+
+    def pull(self, amplitude: float) -> np.ndarray:
+        """Resultant of the obstacles' pull on the modelled body now [Pa µm], a component each. Collective."""
+        found = [self._resultant(self._acting(driver.name, amplitude)) for driver in self.body.pulling]
+        return sum(found, np.zeros(self._components))
 
     def resultant(self, name: str) -> np.ndarray:
         """Resultant of one term on the modelled body, with its share at the last step [Pa µm], a component each."""
-        return self._sum(self._acting(name, self.amplitude).reshape(-1, self._components).sum(axis=0))
+        return self._resultant(self._acting(name, self.amplitude))
 
     def load_resultant(self) -> np.ndarray:
         """Resultant of the dead loads at full amplitude [Pa µm], a component each. Collective."""
-        return self._sum(self.load_vector.reshape(-1, self._components).sum(axis=0))
+        return self._resultant(self.load_vector)
 
     def moment(self, amplitude: float) -> float:
         """Moment of obstacles and load now about where the load acts [Pa µm^2 or aJ]. Collective.

@@ -79,7 +79,7 @@ def follow(
     unstable, fault = np.inf, None  # the least load amplitude that the judge is known to refuse, and why
     if guess is not None:
         increment = guess.amplitude - start.amplitude
-    elif leap and run.body.adheres:  # in a leap it may come past where it is pulled, or to another equilibrium
+    elif leap and run.body.pulling:  # in a leap it may come past where it is pulled, or to another equilibrium
         increment *= FIRST_LOAD
     elif leap:
         outcome = run.solve(target, leap=True)

@@ -150,13 +150,12 @@ class Simulation:
                 if on_checkpoint is not None:
                     on_checkpoint(self.memory())
 
-    @property
-    def crossing(self) -> Callable[[], tuple[float, float] | None] | None:
-        """What finds a place where the outline of a body that is pulled crosses itself; None in space."""
+    def crossing(self) -> tuple[float, float] | None:
+        """A place where the outline crosses itself [µm]; looked for where something pulls, not in space. Collective."""
         if not self.body.drivers or not isinstance(self.outline, Outline):
             return None
         held = not self.state.free[0]
-        return partial(self.outline.crossing, self.state.u, 0.0 if held else None)
+        return self.outline.crossing(self.state.u, 0.0 if held else None)
 
     def rate(self) -> float:
         """Largest nodal displacement rate over the last step [µm/s], 0 at constant load without memory."""
@@ -240,7 +239,7 @@ class Simulation:
 
     def _has_let_go(self, amplitude: float) -> bool:
         """True if nothing holds a body any more that obstacles pull: Newton's method went past where they do."""
-        pulled = any(driver.reach_um > 0 and driver.share(amplitude) > 0 for driver in self.body.drivers)
+        pulled = any(driver.share(amplitude) > 0 for driver in self.body.pulling)
         return pulled and not np.any(self.ledger.pull(amplitude)) and not np.any(self.ledger.contact_force(amplitude))
 
     def accept(self, t: float, h: float, outcome: Outcome, error: float | None) -> Step:

@@ -17,7 +17,7 @@ from cellmech.runs.case import mesh_plan, solve_case
 from cellmech.runs.interrupts import Interrupted
 from cellmech.scene.case import Case
 from cellmech.scene.files import read_scene
-from cellmech.solver.acceptance import Acceptance
+from cellmech.solver.acceptance import Acceptance, Refused
 from cellmech.solver.ellipticity import StabilityWatch
 
 ENDS = [None, OSError(28, "No space left on device"), ZeroDivisionError(), KeyboardInterrupt(), Interrupted(15)]
@@ -91,6 +91,17 @@ def test_cell_slides_only_beyond_what_an_unsymmetric_mesh_pushes():
         assert "98 % of their force lie between the points" in held(slides).text
         assert held(slides).text.startswith("the mesh is too coarse to tell whether the cell slides")
         assert held(turns).text.startswith("the mesh is too coarse to tell whether the cell turns")
+
+
+def test_cell_in_contact_with_itself_does_not_count(monkeypatch):
+    scene = read_scene({"mesh": {"size_um": 8.0}, "time": {"history": False}}, "test")
+    run = Setup(scene, MPI.COMM_SELF, mesh_plan(scene)).create_run(lambda line: None)
+    with closing(run):
+        run.acceptance.judge(1.0, 0.0)
+        monkeypatch.setattr(run, "crossing", lambda: (1.0, 2.0))
+        with pytest.raises(Refused, match=r"contact with itself \(at x = 1, y = 2 um\)") as caught:
+            run.acceptance.judge(1.0, 0.0)
+        assert caught.value.cause is Cause.SELF_CONTACT
 
 
 def test_moment_is_that_of_the_forces_about_where_the_load_acts(monkeypatch):

@@ -274,6 +274,12 @@ class TestScene:
         assert read_scene(tomllib.loads(text), "again") == scene
         assert text.count("[[actin]]") == 2
 
+    def test_equal_parts_of_actin_are_two_drivers(self) -> None:
+        """With forces and works of their own: neither takes the other's place in the books."""
+        scene = scene_with(actin=[{"where": "cap"}, {"where": "cap"}, {"stress_Pa": 0.0}])
+        assert [name for name, _ in scene.drivers] == ["actin_0", "actin_1"]
+        assert [one.name for one in driven(scene, (0.0, 9.5), {}, None)["drivers"]] == ["actin_0", "actin_1"]
+
     def test_pillars_or_the_flat_may_be_bare(self) -> None:
         scene = scene_with(adhesion={"on": ["pillar"]})
         obstacles = obstacles_of(scene)

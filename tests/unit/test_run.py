@@ -92,7 +92,7 @@ class Scripted:
 
     def __init__(self, hard, floor=np.inf):
         self.hard, self.floor, self.calls, self.u = hard, floor, [], np.zeros(1)
-        self.body = SimpleNamespace(adheres=False)
+        self.body = SimpleNamespace(pulling=())
         self.bears = np.inf  # up to here the material is stable
         self.totals, self.log = Totals(), lambda line: None
 
@@ -134,7 +134,7 @@ def test_what_is_reached_on_the_way_is_put_in_there():
 
 def load_steps(run, first=0.5):
     """Load steps of a load that grows as time does, to a first landing."""
-    run.t, run.body = 0.0, SimpleNamespace(amplitude=lambda t: t, adheres=False)
+    run.t, run.body = 0.0, SimpleNamespace(amplitude=lambda t: t, pulling=())
     run.schedule = SimpleNamespace(next_load_step=lambda t: first, load_steps=0)
     run.state = SimpleNamespace(update=lambda: None, rest=lambda: None)
     run.no_way_on = lambda reason, amplitude, t: Reason(reason.cause, f"{amplitude}: {reason}")
