@@ -17,6 +17,7 @@ from cellmech.fem.outline import deepest, owned_dofs
 from cellmech.mechanics.obstacles import Obstacle
 
 DIRECTIONS = 64  # around, in which the shadow's outermost points are looked for; a multiple of 4
+TILT = 1e-9 * np.array([1.0, 0.6, 0.3])  # of directions: of two points equally far, round-off would choose one
 SPLITS, LONG = 6, 1.5  # of directions whose points lie farther apart than the mean by this factor: flat sides, corners
 
 
@@ -174,11 +175,13 @@ class Surface:
     def outermost(self, x: np.ndarray, directions: np.ndarray) -> np.ndarray:
         """The modelled points farthest in given directions [µm], shape (m, 3) both. Collective.
 
+        Of points equally far, as in a flat side, it is the same one whatever the round-off.
+
         Args:
             x: `nodes`, or `reference`.
-            directions: vectors [-].
+            directions: unit vectors [-].
         """
-        values, facet, place = facets.highest(x, _along(directions), len(directions), self.comm)
+        values, facet, place = facets.highest(x, _along(directions + TILT), len(directions), self.comm)
         mine = facets.positions(x[facet], place[:, None])[:, 0] if len(x) else np.zeros((len(directions), 3))
         return self._from_highest(values, mine)
 

@@ -294,3 +294,15 @@ def test_pole_is_a_point_of_the_body():
     u.x.array.reshape(-1, 3)[found.dofs.ravel(), 1] += 0.3 * X[:, 0] + 0.1
     assert found.pole(u, -1.0)[1] == pytest.approx(15.1, abs=5e-3)
     assert found.box(u)[0][1] < 14.9
+
+
+def test_round_off_does_not_choose_between_points_equally_far():
+    """A cube's flat sides, then a waist that leaves two bulges: 1e-14 on every node moves no outermost point."""
+    found, _ = cube(2)
+    y = found.reference[..., 1:2] - 0.5
+    for x in (found.reference, found.reference + (y**2 - y**4) * [1.0, 0.0, 0.0]):
+        both = np.vstack([-np.eye(3), np.eye(3)])
+        places = found.outermost(x, both)
+        for seed in range(5):
+            noise = 1e-14 * np.random.default_rng(seed).standard_normal(x.shape)
+            assert found.outermost(x + noise, both) == pytest.approx(places, abs=1e-9)
