@@ -37,7 +37,7 @@ from cellmech.fem.surface import Surface
 from cellmech.mechanics.kinematics import Axisymmetric, Kinematics
 from cellmech.mechanics.obstacles import Obstacle
 from cellmech.scene.substrate import Upright
-from cellmech.solver.det_f import order_of, quadrature
+from cellmech.solver.det_f import REPORTED, order_of, quadrature
 from cellmech.solver.simulation import Simulation
 
 QUANTITIES = {"sigma_mises": "_Pa", "J1": "", "J2": "", "J3": "", "pressure": "_Pa"}  # and their units
@@ -46,7 +46,6 @@ STRAINS = ("J1", "J2", "J3")
 # round-off, another on each number of ranks, would decide between two points.
 ABOVE_P99 = 0.01 * (1 + 1e-9)
 SETTLED = 1e-9  # a maximum over time moves on only for more than this share of its size: round-off is no growth
-REPORTED = {1: 1, 2: 2, 3: 4}  # subdivisions of an edge into reported points, by the displacement's order
 LATTICE = 16  # subdivisions of an element's edge where a reported layer is not meshed apart
 
 

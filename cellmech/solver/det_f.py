@@ -10,18 +10,21 @@ import ufl
 from dolfinx import fem
 
 from cellmech.fem.jit import PointValues
+from cellmech.fem.subdivision import lattice
 from cellmech.mechanics.balance import Body
 from cellmech.mechanics.kinematics import deformation_gradient
 from cellmech.solver.state import State
 
+REPORTED = {1: 1, 2: 2, 3: 4}  # subdivisions of an edge into reported points, by the displacement's order
+
 
 class DetFWatch:
-    """det F at the quadrature points and nodes of every owned cell: no state with det F <= 0 at any is accepted."""
+    """det F where forms are integrated and numbers reported: no state with det F <= 0 at such a point is accepted."""
 
     def __init__(self, body: Body, state: State) -> None:
         mesh = body.domain.mesh
         inside = quadrature(mesh, body.bulk_degree)[0]
-        points = np.vstack([inside, node_points(body.space)])
+        points = np.vstack([inside, lattice(REPORTED[order_of(body.space)], mesh.topology.dim)[0]])
         det_F = ufl.det(deformation_gradient(state.u, body.kinematics))
         self._everywhere, self._inside = (PointValues(det_F, at, mesh.comm) for at in (points, inside))
         self._cells = body.domain.own_cells

@@ -4,14 +4,17 @@ import numpy as np
 import pytest
 import ufl
 from manufactured import plane_gradient
+from mpi4py import MPI
 from problems import affine, block, displacement_space, hold, solid, wet
 
 from cellmech.causes import Cause
 from cellmech.errors import SolveError
+from cellmech.fem import jit
 from cellmech.fem.coefficients import material_fields
 from cellmech.fem.jit import PointValues
+from cellmech.fem.subdivision import lattice
 from cellmech.mechanics.balance import Body
-from cellmech.solver.det_f import DetFWatch
+from cellmech.solver.det_f import REPORTED, DetFWatch, node_points, quadrature
 from cellmech.solver.newton import Solver
 from cellmech.solver.schedule import Schedule
 from cellmech.solver.simulation import Simulation
@@ -70,6 +73,24 @@ def test_watch_sees_an_inversion_at_a_corner_that_no_quadrature_point_feels():
     np.testing.assert_allclose(watch.worst[1:], [1.0, 0.0], atol=1e-12)
     state.u.x.array[2 * middle] = 0.245
     assert watch.admissible()
+
+
+def test_watch_looks_wherever_det_f_is_reported():
+    """Of third order: a fold that neither a node nor a quadrature point feels is seen at the points of the lattice."""
+    domain = block(nx=1, bottom="outer")
+    space = jit.displacement_space(domain.mesh, 3)
+    body = Body(domain, material_fields(domain, {"solid": solid("neo-hookean")}), space, ())
+    state = State(body)
+    det_F = ufl.det(ufl.Identity(2) + ufl.grad(state.u))
+    elsewhere = np.vstack([node_points(space), quadrature(domain.mesh, body.bulk_degree)[0]])
+    reported, others = (PointValues(det_F, at, MPI.COMM_SELF) for at in (lattice(REPORTED[3])[0], elsewhere))
+    watch, folded = DetFWatch(body, state), 0
+    for seed in range(200):
+        state.u.x.array[:] = 0.05 * np.random.default_rng(seed).standard_normal(len(state.u.x.array))
+        if np.min(reported(domain.own_cells)) < 0.0 < np.min(others(domain.own_cells)):
+            folded += 1
+            assert not watch.admissible()
+    assert folded > 3
 
 
 @pytest.mark.parametrize("law", ["saint-venant", "neo-hookean"])
