@@ -14,12 +14,12 @@ from cellmech.solver.time_steps import PUT_ON
 
 CAP_UM = 0.1  # of the cell's radius: thickness of a cap
 FADE = 0.02  # of the cell's radius: half-width of a sector's fade
-# By `where`: angles from the top, direction.
-PLACES = {
-    "cap": ((0.0, 60.0), "tangential"),
-    "basal": ((120.0, 180.0), "radial"),
-    "cortex": ((0.0, 180.0), "tangential"),
-    "sector": ((0.0, 180.0), "tangential"),
+# By `where`: angles from the top, direction, the layer that holds it.
+PLACES: dict[str, tuple[tuple[float, float], str, str | None]] = {
+    "cap": ((0.0, 60.0), "tangential", "cytosol"),
+    "basal": ((120.0, 180.0), "radial", "cytosol"),
+    "cortex": ((0.0, 180.0), "tangential", "membrane"),
+    "sector": ((0.0, 180.0), "tangential", None),
 }
 
 
@@ -77,11 +77,14 @@ def _driver(
     if isinstance(one, parts.Adhesion):
         bare = tuple(o for label, o in obstacles.items() if kind_of(label) not in one.on)
         return Adhesion(share, one.work_uJ_m2, one.range_um, bare, one.above_um, name)
-    angles, direction = PLACES[one.where]
-    sector = Sector(centre, one.radii_um or radii_of(scene, one), one.angles_deg or angles, FADE * scene.radius_um)
-    if one.where == "cortex" and groups is not None and one.radii_um is None:
-        names = tuple(name for name in groups if whole(name) == "membrane")
-        sector = Sector(centre, (None, None), sector.angles_deg, sector.fade_um, names)
+    angles, direction, layer = PLACES[one.where]
+    radii: tuple[float | None, float | None] = one.radii_um or radii_of(scene, one)
+    names = None
+    if layer is not None and groups is not None and one.radii_um is None:  # an interface of the mesh bounds it sharply
+        names = tuple(name for name in groups if whole(name) == layer)
+        inside = [r if r is not None and r < scene.outer_radius_um(layer) else None for r in radii]
+        radii = (None, inside[1])
+    sector = Sector(centre, radii, one.angles_deg or angles, FADE * scene.radius_um, names)
     return Actin(share, one.stress_Pa, sector, one.direction or direction, name)
 
 

@@ -12,7 +12,7 @@ import ufl
 from cellmech.fem.jit import compile_form
 from cellmech.fem.outline import Outline, along, deepest, depth, slope
 from cellmech.fem.surface import Surface
-from cellmech.mechanics.balance import contact_work
+from cellmech.mechanics.balance import Body, contact_work
 from cellmech.mechanics.contact import Contact
 from cellmech.solver.acceptance import MISSED
 from cellmech.solver.energy_balance import owned_values
@@ -144,6 +144,25 @@ def missed(run: Simulation) -> float:
     return float(np.linalg.norm(fine - told)) / largest if largest else 0.0
 
 
+def missed_pull(run: Simulation) -> float:
+    """Share of the pull across gaps that lies between the solver's quadrature points, or in them alone [-]. Collective.
+
+    An element longer than the range may have the whole pull between two of its points. Where the surface sticks pulls
+    of all directions cancel, so nodal forces are compared, and not their sum.
+    """
+    if not run.body.pulling:
+        return 0.0
+    fine = replace(run.body, contact_degree=INSIDE * run.body.contact_degree)
+    sums = np.zeros(2)
+    for driver in run.body.pulling:
+        works = [driver.work(body, run.state.u, _test(body)) for body in (run.body, fine)]
+        if None not in works:
+            told, finely = (_forces(work, run) for work in works)
+            sums += np.abs(finely - told).sum(), np.abs(finely).sum()
+    off, whole = run.comm.allreduce(sums)
+    return float(off / whole) if whole else 0.0
+
+
 def _finely_on_the_outline(run: Simulation, outline: Outline) -> np.ndarray:
     """The force of a surface form [Pa µm or pN], anew over the deformed outline; shape (2,). Collective."""
     contact = run.body.contact
@@ -167,9 +186,20 @@ def _finely_on_the_outline(run: Simulation, outline: Outline) -> np.ndarray:
 
 def _finely(run: Simulation) -> np.ndarray:
     """The contact's force [Pa µm or pN] by quadrature of a higher degree, a component each. Collective."""
-    w, body = ufl.TestFunction(run.body.space), replace(run.body, contact_degree=INSIDE * run.body.contact_degree)
-    values = owned_values(compile_form(contact_work(body, run.state, w), run.comm))
+    body = replace(run.body, contact_degree=INSIDE * run.body.contact_degree)
+    work = contact_work(body, run.state, _test(body))
+    assert work is not None
+    values = _forces(work, run)
     return run.comm.allreduce(values.reshape(-1, run.components).sum(axis=0))
+
+
+def _test(body: Body) -> Any:
+    return ufl.TestFunction(body.space)
+
+
+def _forces(work: ufl.Form, run: Simulation) -> np.ndarray:
+    """Owned nodal forces of a virtual work [Pa µm or pN], flat. Collective."""
+    return owned_values(compile_form(work, run.comm))
 
 
 def doubts(run: Simulation, axis: float | None) -> dict[str, str]:
@@ -190,6 +220,12 @@ def doubts(run: Simulation, axis: float | None) -> dict[str, str]:
             f"the mesh is too coarse for the contact: {100 * share:.2g} % of its force lie between the points at which "
             "it is integrated; depth and strain may be off by as much; set mesh.size_um lower, or "
             "contact.quadrature_degree higher"
+        )
+    if (share := missed_pull(run)) > MISSED:
+        found["adhesion mesh"] = (
+            f"the mesh is too coarse for the adhesion: {100 * share:.2g} % of its pull lie between the points at which "
+            "it is integrated; what it does may be off by as much; set mesh.size_um lower, contact.quadrature_degree "
+            "higher, or adhesion.range_um wider"
         )
     soft = [one for one in bearing if one.depth_um > SOFT * one.half_width_um]
     if soft:

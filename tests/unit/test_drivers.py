@@ -280,6 +280,19 @@ class TestScene:
         assert [name for name, _ in scene.drivers] == ["actin_0", "actin_1"]
         assert [one.name for one in driven(scene, (0.0, 9.5), {}, None)["drivers"]] == ["actin_0", "actin_1"]
 
+    def test_named_places_lie_in_one_layer(self) -> None:
+        """Sharply bounded by its interfaces: none of a cap is in the lamina. Radii of one's own fade in and out."""
+        scene = scene_with(
+            actin=[{"where": place} for place in ("cap", "basal", "cortex")] + [{"radii_um": [9.0, 9.5]}]
+        )
+        groups = ["nucleoplasm", "lamina", "cytosol", "cytosol 2", "membrane"]
+        cap, basal, cortex, own = (one.sector for one in driven(scene, (0.0, 9.5), {}, groups)["drivers"])
+        assert cap.names == basal.names == ("cytosol", "cytosol 2") and cortex.names == ("membrane",)
+        assert (cap.radii_um, basal.radii_um, cortex.radii_um) == ((None, 6.0), (None, None), (None, None))
+        assert own.names is None and own.radii_um == (9.0, 9.5)
+        smeared = [one.sector for one in driven(scene, (0.0, 9.5), {}, None)["drivers"]]
+        assert smeared[0].names is None and smeared[0].radii_um == (5.0, 6.0)
+
     def test_pillars_or_the_flat_may_be_bare(self) -> None:
         scene = scene_with(adhesion={"on": ["pillar"]})
         obstacles = obstacles_of(scene)

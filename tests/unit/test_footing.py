@@ -17,7 +17,7 @@ from cellmech.mechanics.obstacles import Pillar
 from cellmech.runs.progress import results_table
 from cellmech.scene.files import read_scene
 from cellmech.solver import resolution
-from cellmech.solver.resolution import doubts, missed
+from cellmech.solver.resolution import doubts, missed, missed_pull
 
 DISC = Pillar(0.0, 0.0, 10.0, 10.0, 2.0)
 ON_THE_FLAT = Profile(DISC, None, 0.0, 1, 1.0)
@@ -141,6 +141,21 @@ def test_force_between_the_solvers_points_is_measured_and_told_of(monkeypatch):
     monkeypatch.setattr(resolution, "stretches", lambda run, axis: [])  # edges enough
     assert "% of its force lie between the points" in doubts(poor, 0.0)["contact mesh"]
     assert "contact mesh" not in doubts(good, 0.0)
+
+
+def test_pull_between_the_solvers_points_is_told_of():
+    """Two points an edge as long as the range see what part of the pull they happen to; thirty see all of it."""
+
+    def stuck(degree):
+        tables = {"contact": {"quadrature_degree": degree}, "adhesion": {"work_uJ_m2": 0.2, "range_um": 0.1}}
+        setup = setup_of(time={"history": False}, mesh={"size_um": 6.0}, **tables)
+        run = setup.create_run(lambda line: None)
+        run.run(lambda step: None)
+        return missed_pull(run), doubts(run, 0.0)
+
+    (poor, told), (good, untold) = stuck(2), stuck(30)
+    assert poor > 0.05 and "% of its pull lie between the points" in told["adhesion mesh"]
+    assert good < 1e-3 and "adhesion mesh" not in untold
 
 
 def test_force_of_the_volume_form_between_the_points_is_told_of(monkeypatch):
