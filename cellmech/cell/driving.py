@@ -9,13 +9,14 @@ from cellmech.fem.domain import whole
 from cellmech.mechanics.drivers import Actin, Adhesion, Driver, Sector, Timeline
 from cellmech.mechanics.obstacles import Obstacle
 from cellmech.scene import parts
+from cellmech.scene.parts import LayerName
 from cellmech.scene.scene import Scene
 from cellmech.solver.time_steps import PUT_ON
 
 CAP_UM = 0.1  # of the cell's radius: thickness of a cap
 FADE = 0.02  # of the cell's radius: half-width of a sector's fade
 # By `where`: angles from the top, direction, the layer that holds it.
-PLACES: dict[str, tuple[tuple[float, float], str, str | None]] = {
+PLACES: dict[str, tuple[tuple[float, float], str, LayerName | None]] = {
     "cap": ((0.0, 60.0), "tangential", "cytosol"),
     "basal": ((120.0, 180.0), "radial", "cytosol"),
     "cortex": ((0.0, 180.0), "tangential", "membrane"),
