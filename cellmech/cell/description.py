@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from cellmech.cell.driving import PLACES
+from cellmech.cell.actin_places import PLACES
 from cellmech.cell.footing import SIZE_OVER_RADIUS
 from cellmech.cell.placed import M_S2
 from cellmech.cell.setup import Setup, material, mixed_layers

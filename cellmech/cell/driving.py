@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
-from cellmech.fem.domain import whole
+from cellmech.cell.actin_places import PLACES, radii_of
 from cellmech.mechanics.drivers import Actin, Adhesion, Driver, Sector, Timeline
 from cellmech.mechanics.obstacles import Obstacle
 from cellmech.scene import parts
-from cellmech.scene.parts import LayerName
 from cellmech.scene.scene import Scene
 from cellmech.solver.time_steps import PUT_ON
 
-CAP_UM = 0.1  # of the cell's radius: thickness of a cap
-FADE = 0.02  # of the cell's radius: half-width of a sector's fade
-# By `where`: angles from the top, direction, the layer that holds it.
-PLACES: dict[str, tuple[tuple[float, float], str, LayerName | None]] = {
-    "cap": ((0.0, 60.0), "tangential", "cytosol"),
-    "basal": ((120.0, 180.0), "radial", "cytosol"),
-    "cortex": ((0.0, 180.0), "tangential", "membrane"),
-    "sector": ((0.0, 180.0), "tangential", None),
-}
+FADE = 0.02  # of the cell's radius: half-width of a fade along the radius, where no interface of the mesh bounds actin
+FADE_AROUND = 0.1  # of the cell's radius, and at most half of the arc: half-width of its fades to the sides
+ON_BOUND = 1e-9  # of the cell's radius: so near to a bound an interface is on it
 
 
 def ramp(half_ramp_s: float, start_s: float = 0.0) -> Callable[[float], float]:
@@ -37,7 +33,10 @@ def ramp(half_ramp_s: float, start_s: float = 0.0) -> Callable[[float], float]:
 
 
 def driven(
-    scene: Scene, centre: tuple[float, ...], obstacles: Mapping[str, Obstacle], groups: Sequence[str] | None
+    scene: Scene,
+    centre: tuple[float, ...],
+    obstacles: Mapping[str, Obstacle],
+    interfaces: Sequence[tuple[str, float]],
 ) -> dict[str, Any]:
     """What `Body` takes of how the load comes on: amplitude, dead, drivers, drag.
 
@@ -45,7 +44,7 @@ def driven(
         scene: the scene.
         centre: of the cell [µm].
         obstacles: by label.
-        groups: names of the groups of cells, None where layers are not meshed apart.
+        interfaces: name and outer radius [µm] of the groups of cells, from the inside out; none of smeared layers.
     """
     weight = ramp(scene.load.half_ramp_s)
     drag = 1.5 * scene.medium.viscosity_Pa_s / scene.radius_um if scene.time.history else 0.0
@@ -60,7 +59,7 @@ def driven(
     shares = [line.share(number) for number in range(len(ramps))]
     dead = shares.pop(0) if scene.has_weight else lambda progress: 0.0
     drivers = [
-        _driver(scene, name, one, share, centre, obstacles, groups)
+        _driver(scene, name, one, share, centre, obstacles, interfaces)
         for (name, one), share in zip(scene.drivers, shares, strict=True)
     ]
     return found | {"amplitude": line.progress, "dead": dead, "drivers": tuple(drivers)}
@@ -73,33 +72,24 @@ def _driver(
     share: Callable[[float], float],
     centre: tuple[float, ...],
     obstacles: Mapping[str, Obstacle],
-    groups: Sequence[str] | None,
+    interfaces: Sequence[tuple[str, float]],
 ) -> Driver:
     if isinstance(one, parts.Adhesion):
         bare = tuple(o for label, o in obstacles.items() if kind_of(label) not in one.on)
         return Adhesion(share, one.work_uJ_m2, one.range_um, bare, one.above_um, name)
-    angles, direction, layer = PLACES[one.where]
-    radii: tuple[float | None, float | None] = one.radii_um or radii_of(scene, one)
-    names = None
-    if layer is not None and groups is not None and one.radii_um is None:  # an interface of the mesh bounds it sharply
-        names = tuple(name for name in groups if whole(name) == layer)
-        inside = [r if r is not None and r < scene.outer_radius_um(layer) else None for r in radii]
-        radii = (None, inside[1])
-    sector = Sector(centre, radii, one.angles_deg or angles, FADE * scene.radius_um, names)
+    angles, direction = PLACES[one.where]
+    inner, outer = radii_of(scene, one)
+    first, last = one.angles_deg or angles
+    radius, arc = scene.radius_um, math.radians(last - first) * (inner + outer) / 2
+    around = min(FADE_AROUND * radius, arc / 2)
+    sector = Sector(centre, (inner or None, outer if outer < radius else None), (first, last), FADE * radius, around)
+    if interfaces:
+        slack, rims = ON_BOUND * radius, pairwise([("", 0.0), *interfaces])
+        names = [name for (_, r), (name, rim) in rims if inner - slack <= r and rim <= outer + slack]
+        sector = replace(sector, radii_um=(None, None), names=tuple(names))
     return Actin(share, one.stress_Pa, sector, one.direction or direction, name)
 
 
 def kind_of(label: str) -> str:
     """What an obstacle is to a driver: "flat", or else "pillar"."""
     return "flat" if label == "flat" else "pillar"
-
-
-def radii_of(scene: Scene, actin: parts.Actin) -> tuple[float | None, float | None]:
-    """Radii between which it lies, by where it is said to be [µm]."""
-    nucleus, rim = scene.nucleus_radius_um, scene.inner_radius_um("membrane")
-    return {
-        "cap": (nucleus, min(nucleus + CAP_UM * scene.radius_um, rim)),
-        "basal": (nucleus, rim),
-        "cortex": (rim, None),
-        "sector": (None, None),
-    }[actin.where]

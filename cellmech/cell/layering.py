@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
+from cellmech.cell.actin_places import bounds_of
+from cellmech.fem.domain import whole
 from cellmech.mesh.disc import UNIFORM, Grading
 from cellmech.scene.parts import LAYER_NAMES, LayerName
 from cellmech.scene.scene import Scene
@@ -13,6 +16,7 @@ MERGED: dict[tuple[LayerName, ...], str] = {("nucleoplasm", "lamina"): "nucleus"
 THINNEST = 5e-3  # of the radius: their least width
 SHELL = 0.1  # of the radius: a layer below it is a shell
 LEAST_SOLID = 0.1  # of a layer, as far as its stiffness is estimated
+ON_INTERFACE = 1e-6  # of the radius: a circle so near to an interface is on it
 ASIDE = {"inside": -1.0, "outside": 1.0}  # half-widths from an interface to its fade's middle
 
 
@@ -41,7 +45,11 @@ class MeshPlan:
                 found.append((MERGED[inner, outer], scene.outer_radius_um(outer)))
             else:
                 found += [(inner, scene.outer_radius_um(inner)), (outer, scene.outer_radius_um(outer))]
-        return tuple(found if scene.cell.smear_um is None else _with_fades(scene, found))
+        if scene.cell.smear_um is not None:
+            found = _with_fades(scene, found)
+        elif not self.merged:
+            found = _cut(found, bounds_of(scene), ON_INTERFACE * scene.radius_um)
+        return tuple(found)
 
 
 def fade_of(scene: Scene, name: LayerName) -> tuple[float, float]:
@@ -56,11 +64,8 @@ def fade_of(scene: Scene, name: LayerName) -> tuple[float, float]:
 
 
 def _with_fades(scene: Scene, interfaces: list[tuple[str, float]]) -> list[tuple[str, float]]:
-    """The interfaces and circles between them, so that a fade from layer to layer is some elements wide.
-
-    The innermost pieces of a group are named after it with a number, the outermost keeps its name.
-    """
-    smear, radii = scene.cell.smear_um or 0.0, [radius for _, radius in interfaces]
+    """The interfaces and circles between them, so that a fade from layer to layer is some elements wide."""
+    smear = scene.cell.smear_um or 0.0
     rings = min(int(smear / (THINNEST * scene.radius_um) + 1e-9), scene.mesh.fade_rings)
     if rings == 0:
         return interfaces
@@ -70,12 +75,21 @@ def _with_fades(scene: Scene, interfaces: list[tuple[str, float]]) -> list[tuple
         for k in range(-rings, rings + 1)
     ]
     step = min(fade_of(scene, name)[1] for name in INSIDE_OUT[:-1]) / rings
-    for radius in sorted(r for r in fades if 0 < r < scene.radius_um):
-        if min(abs(radius - other) for other in radii) > step / 2:
-            radii.append(radius)
+    return _cut(interfaces, fades, step / 2)
+
+
+def _cut(interfaces: list[tuple[str, float]], radii: Iterable[float], apart: float) -> list[tuple[str, float]]:
+    """The interfaces and those circles between them that are apart from all others by more than this [µm].
+
+    The innermost pieces of a group are named after it with a number, the outermost keeps its name.
+    """
+    kept = [radius for _, radius in interfaces]
+    for radius in sorted(r for r in radii if 0 < r < interfaces[-1][1]):
+        if min(abs(radius - other) for other in kept) > apart:
+            kept.append(radius)
     found, inner = [], 0.0
     for name, outer in interfaces:
-        pieces = sorted(radius for radius in radii if inner < radius < outer)
+        pieces = sorted(radius for radius in kept if inner < radius < outer)
         found += [(f"{name} {k}", radius) for k, radius in enumerate(pieces, 1)] + [(name, outer)]
         inner = outer
     return found
@@ -97,7 +111,7 @@ def shells(scene: Scene, interfaces: tuple[tuple[str, float], ...]) -> dict[str,
     softest, stiffest, inner, found = min(stiffness.values()), max(stiffness.values()), 0.0, {}
     for name, outer in interfaces:
         if outer - inner < SHELL * scene.radius_um:
-            found[name] = (stiffest if scene.cell.layers == "smeared" else stiffness[name]) / softest
+            found[name] = (stiffest if scene.cell.layers == "smeared" else stiffness[whole(name)]) / softest
         inner = outer
     return found
 

@@ -17,7 +17,7 @@ from petsc4py import PETSc
 from cellmech.causes import Cause
 from cellmech.cell.additions import Additions
 from cellmech.cell.driving import driven
-from cellmech.cell.layering import INSIDE_OUT, MERGED, MeshPlan, fade_of, shells, stiffness_Pa
+from cellmech.cell.layering import INSIDE_OUT, MeshPlan, fade_of, shells, stiffness_Pa
 from cellmech.cell.observables import Layout, Ring
 from cellmech.cell.placed import KG_M3, Placed
 from cellmech.errors import InputError, SolveError
@@ -147,8 +147,7 @@ class Setup(Placed):
         layers: dict[str, Material] = {name: own.get(name) or material(scene, name) for name in LAYER_NAMES}
         mixed = any(one.mixed for one in layers.values())
         space = displacement_space(domain.mesh, scene.mesh.order, bubble=mixed)
-        first: dict[str, str] = {merged: pair[0] for pair, merged in MERGED.items()}
-        groups = {name: layers[first.get(name, name)] for name, _ in self.interfaces if not smeared}
+        groups = {name: layers[whole(name)] for name, _ in self.interfaces if not smeared}
         blend = smeared_weights(scene, domain, self.centre) if smeared else None
         contact = self.contact if self.obstacles else None
         body = Body(
@@ -159,7 +158,7 @@ class Setup(Placed):
             body_force=tuple(-self.force_density if k == 1 else 0.0 for k in range(self.kinematics.components)),
             contact=contact,
             density=scene.cell.density_kg_m3 * KG_M3 if scene.cell.inertia else None,
-            **driven(scene, self.centre, self.obstacles, None if smeared else [name for name, _ in self.interfaces]),
+            **driven(scene, self.centre, self.obstacles, () if smeared else self.interfaces),
             bulk_degree=scene.mesh.quadrature_degree,
             contact_degree=scene.contact.quadrature_degree,
             pressure_space=pressure_space(domain.mesh) if mixed else None,

@@ -15,6 +15,7 @@ the mixture's, weighted by neither solid nor fluid fraction.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -111,7 +112,8 @@ class Sector:
         centre: of the cell [µm].
         radii_um: inner and outer radius [µm]; None for no bound.
         angles_deg: from the top, 0, to the bottom, 180.
-        fade_um: half-width of the fade [µm].
+        fade_um: half-width of the fade along the radius [µm].
+        around_um: of the fade at the angles, along the arc [µm].
         names: groups of cells that hold it; None for all.
     """
 
@@ -119,6 +121,7 @@ class Sector:
     radii_um: tuple[float | None, float | None] = (None, None)
     angles_deg: tuple[float, float] = (0.0, 180.0)
     fade_um: float = 0.1
+    around_um: float = 0.1
     names: tuple[str, ...] | None = None
 
     def radial(self, X: Any) -> tuple[Any, Any]:
@@ -136,11 +139,12 @@ class Sector:
             value *= smooth_step(r - inner, self.fade_um)
         if outer is not None:
             value *= smooth_step(outer - r, self.fade_um)
-        first, last = (ufl.cos(ufl.pi * degrees / 180.0) for degrees in self.angles_deg)
+        angle = ufl.acos(direction[1])
+        first, last = (math.radians(degrees) for degrees in self.angles_deg)
         if self.angles_deg[0] > 0.0:
-            value *= smooth_step(r * (first - direction[1]), self.fade_um)
+            value *= smooth_step(r * (angle - first), self.around_um)
         if self.angles_deg[1] < 180.0:
-            value *= smooth_step(r * (direction[1] - last), self.fade_um)
+            value *= smooth_step(r * (last - angle), self.around_um)
         return value
 
 

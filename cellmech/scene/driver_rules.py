@@ -8,6 +8,8 @@ from cellmech.scene.breach import Breach
 from cellmech.scene.inputs import Inputs
 from cellmech.scene.limits import told
 
+THINNEST = 1e-3  # of the cell's radius: a part that holds actin
+
 
 def of_drivers(scene: Inputs) -> Iterator[Breach]:
     """The rules that adhesion and actin break."""
@@ -21,6 +23,9 @@ def of_drivers(scene: Inputs) -> Iterator[Breach]:
         for key, pair in (("radii_um", actin.radii_um), ("angles_deg", actin.angles_deg)):
             if pair is not None and not pair[0] < pair[1]:
                 yield Breach(f"{where}.{key}", "must rise", list(pair))
+        thinnest = THINNEST * scene.radius_um
+        if actin.radii_um is not None and 0.0 < actin.radii_um[1] - actin.radii_um[0] < thinnest:
+            yield Breach(f"{where}.radii_um", f"must be at least {told(thinnest)} µm apart", list(actin.radii_um))
         if actin.radii_um is not None and actin.radii_um[0] >= scene.radius_um:
             rule = f"must begin inside the cell, below {told(scene.radius_um)} µm"
             yield Breach(f"{where}.radii_um", rule, list(actin.radii_um))

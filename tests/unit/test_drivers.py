@@ -25,7 +25,7 @@ from cellmech.mechanics.kinematics import AXISYMMETRIC, PLANE_STRAIN, THREE_D
 from cellmech.mechanics.laws import LAWS
 from cellmech.mechanics.obstacles import Flat, Pillar
 from cellmech.mesh.ball import BallSpec
-from cellmech.mesh.disc import DiscSpec
+from cellmech.mesh.disc import TABLE_1, DiscSpec
 from cellmech.runs.case import folds
 from cellmech.scene.files import read_scene, scene_to_toml
 from cellmech.solver.energy_balance import Ledger, owned_values
@@ -209,7 +209,7 @@ class TestActin:
 
     def test_sector_is_where_it_is_said_to_be(self) -> None:
         domain = domain_of(block(4.0, 4.0, 8, 8).mesh)
-        sector = Sector((2.0, 2.0), (0.5, 1.5), (0.0, 60.0), 0.05)
+        sector = Sector((2.0, 2.0), (0.5, 1.5), (0.0, 60.0), 0.05, 0.05)
         X = ufl.SpatialCoordinate(domain.mesh)
         values = PointValues(ufl.as_vector([*X, sector.inside(X)]), np.array([[0.3, 0.3]]), MPI.COMM_SELF)
         x, y, inside = values(np.arange(128, dtype=np.int32)).reshape(-1, 3).T
@@ -278,25 +278,31 @@ class TestScene:
         """With forces and works of their own: neither takes the other's place in the books."""
         scene = scene_with(actin=[{"where": "cap"}, {"where": "cap"}, {"stress_Pa": 0.0}])
         assert [name for name, _ in scene.drivers] == ["actin_0", "actin_1"]
-        assert [one.name for one in driven(scene, (0.0, 9.5), {}, None)["drivers"]] == ["actin_0", "actin_1"]
+        assert [one.name for one in driven(scene, (0.0, 9.5), {}, ())["drivers"]] == ["actin_0", "actin_1"]
 
-    def test_named_places_lie_in_one_layer(self) -> None:
-        """Sharply bounded by its interfaces: none of a cap is in the lamina. Radii of one's own fade in and out."""
-        scene = scene_with(
-            actin=[{"where": place} for place in ("cap", "basal", "cortex")] + [{"radii_um": [9.0, 9.5]}]
-        )
-        groups = ["nucleoplasm", "lamina", "cytosol", "cytosol 2", "membrane"]
-        cap, basal, cortex, own = (one.sector for one in driven(scene, (0.0, 9.5), {}, groups)["drivers"])
-        assert cap.names == basal.names == ("cytosol", "cytosol 2") and cortex.names == ("membrane",)
-        assert (cap.radii_um, basal.radii_um, cortex.radii_um) == ((None, 6.0), (None, None), (None, None))
-        assert own.names is None and own.radii_um == (9.0, 9.5)
-        smeared = [one.sector for one in driven(scene, (0.0, 9.5), {}, None)["drivers"]]
+    def test_mesh_has_an_interface_wherever_actin_ends(self) -> None:
+        """None of a cap is in the lamina. Smeared layers have no interfaces, and there it fades in and out."""
+        places = [
+            {"where": "cap"},
+            {"where": "basal"},
+            {"where": "cortex"},
+            {"where": "sector", "radii_um": [5.5, 6.0]},
+        ]
+        scene = scene_with(actin=places)
+        interfaces = mesh_plan(scene).interfaces(scene)
+        assert [rim for name, rim in interfaces if name.startswith("cytosol")] == [5.5, 6.0, 9.5]
+        cap, basal, cortex, own = (one.sector for one in driven(scene, (0.0, 9.5), {}, interfaces)["drivers"])
+        assert cap.names == ("cytosol 1", "cytosol 2") and basal.names == (*cap.names, "cytosol")
+        assert cortex.names == ("membrane",) and own.names == ("cytosol 2",)
+        assert {one.radii_um for one in (cap, basal, cortex, own)} == {(None, None)}
+        smeared = [one.sector for one in driven(scene, (0.0, 9.5), {}, ())["drivers"]]
         assert smeared[0].names is None and smeared[0].radii_um == (5.0, 6.0)
+        assert mesh_plan(scene_with()).interfaces(scene_with()) == TABLE_1
 
     def test_pillars_or_the_flat_may_be_bare(self) -> None:
         scene = scene_with(adhesion={"on": ["pillar"]})
         obstacles = obstacles_of(scene)
-        (adhesion,) = driven(scene, (0.0, 9.5), obstacles, None)["drivers"]
+        (adhesion,) = driven(scene, (0.0, 9.5), obstacles, ())["drivers"]
         assert adhesion.bare == (obstacles["flat"],)
 
     def test_obstacle_within_the_range_is_modelled_from_the_start(self) -> None:
