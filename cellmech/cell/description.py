@@ -218,9 +218,8 @@ def _describe_drivers(setup: Setup, modelled: dict[str, str], left: dict[str, st
             told = f"{one.stress_Pa:g} Pa, {one.direction or PLACES[one.where][1]}, {one.where}"
         modelled[name.replace("_", " ")] = f"{told}, whole at {one.start_s + 2 * one.half_ramp_s:g} s"
     if scene.drivers:
-        space = scene.cell.geometry == "3d"
-        ends = "not looked for in 3-D" if space else "a run stops where the outline crosses itself"
-        left["contact of the cell with itself"] = ends
+        boundary = "surface" if scene.cell.geometry == "3d" else "outline"
+        left["contact of the cell with itself"] = f"a run stops where the {boundary} crosses itself"
     if setup.body.drag is not None:
         modelled["drag"] = f"of the medium on the outline, {scene.medium.viscosity_Pa_s:g} Pa s"
     elif scene.medium.viscosity_Pa_s:

@@ -70,10 +70,16 @@ def normals(x: np.ndarray, points: np.ndarray) -> np.ndarray:
 
 
 @lru_cache
-def lattice() -> tuple[np.ndarray, np.ndarray]:
+def lattice(divisions: int = DIVISIONS) -> tuple[np.ndarray, np.ndarray]:
     """Samples of a facet, shape (k, 2), and the numbers of those at the ends of each triangle of them, shape (m, 3)."""
-    points, number = subdivision.lattice(DIVISIONS)[0], subdivision.numbers(DIVISIONS, 2)
-    return points, np.array([[number[corner] for corner in ends] for ends in subdivision.simplices(DIVISIONS, 2)])
+    points, number = subdivision.lattice(divisions)[0], subdivision.numbers(divisions, 2)
+    return points, np.array([[number[corner] for corner in ends] for ends in subdivision.simplices(divisions, 2)])
+
+
+def triangles(x: np.ndarray) -> np.ndarray:
+    """Flat triangles that follow the facets, as many to a side as their order, shape (n, 3, 3) [µm]."""
+    points, ends = lattice(ORDERS[x.shape[1]])
+    return positions(x, points)[:, ends].reshape(-1, 3, 3)
 
 
 @lru_cache

@@ -9,6 +9,7 @@ import numpy as np
 from dolfinx import fem
 from mpi4py import MPI
 
+from cellmech.fem.crossing import crossing_of
 from cellmech.fem.domain import Domain
 from cellmech.mechanics.obstacles import Obstacle, depth_and_normal
 
@@ -17,8 +18,6 @@ SAMPLES = 9  # of an edge, its ends among them
 CLOSER_LOOKS, ZOOMS = 4, 3  # edges whose depth is looked for more closely, each time at a quarter of the distance
 # Where an edge's nodes lie between its ends, by their number: Basix's Gauss-Lobatto points.
 INNER_NODES = {2: (), 3: (0.5,), 4: (0.5 - 0.05**0.5, 0.5 + 0.05**0.5)}
-AT_ONCE = 256  # segments that are compared with all others together
-ON_AXIS = 1e-9  # of the outline's size: nearer ends are one
 ROUNDS, HALVINGS = 8, 4  # of an eighth of an edge, bisected so often in one round: in the end 1e-11 µm
 
 
@@ -63,41 +62,6 @@ def owned_dofs(domain: Domain, space: fem.FunctionSpace, name: str) -> np.ndarra
         local = int(np.nonzero(to_facet.links(cell) == facet)[0][0])
         dofs.append(space.dofmap.cell_dofs(cell)[closures[local]])
     return np.array(dofs, dtype=np.int64).reshape(-1, len(closures[0]))
-
-
-def crossing_of(segments: np.ndarray, axis: float | None = None) -> tuple[float, float] | None:
-    """The middle of a segment that crosses another one, or an axis [µm]; None where none does.
-
-    Args:
-        segments: their ends [µm], shape (n, 2, 2); where two share an end they may meet.
-        axis: x of a vertical that they must not pass.
-    """
-    size = float(np.ptp(segments.reshape(-1, 2), axis=0).max()) if len(segments) else 0.0
-    if axis is not None and len(segments):
-        beyond = segments[..., 0].min(axis=1) < axis - ON_AXIS * size
-        if beyond.any():
-            return _middle(segments[int(np.argmax(beyond))])
-    c, d = segments[None, :, 0], segments[None, :, 1]
-    for some in np.array_split(segments, -(-len(segments) // AT_ONCE) or 1):
-        a, b = some[:, None, 0], some[:, None, 1]
-        crosses = (_side(a, b, c) * _side(a, b, d) < 0) & (_side(c, d, a) * _side(c, d, b) < 0)
-        for one in (a, b):
-            for other in (c, d):
-                crosses &= np.linalg.norm(one - other, axis=-1) > ON_AXIS * size
-        found = np.argwhere(crosses)
-        if len(found):
-            return _middle(some[found[0, 0]])
-    return None
-
-
-def _side(p: np.ndarray, q: np.ndarray, r: np.ndarray) -> np.ndarray:
-    """Twice the area of the triangle of three points, positive if they run counter-clockwise."""
-    return np.asarray((q - p)[..., 0] * (r - p)[..., 1] - (q - p)[..., 1] * (r - p)[..., 0])
-
-
-def _middle(segment: np.ndarray) -> tuple[float, float]:
-    x, y = segment.mean(axis=0)
-    return float(x), float(y)
 
 
 class Outline:

@@ -11,6 +11,7 @@ from dolfinx import fem
 from mpi4py import MPI
 
 from cellmech.fem import facets
+from cellmech.fem.crossing import crossing_of_triangles
 from cellmech.fem.curves import Moments, arcs, moments
 from cellmech.fem.domain import Domain
 from cellmech.fem.outline import deepest, owned_dofs
@@ -101,6 +102,15 @@ class Surface:
         part = facets.part_above(x, lambda at: level - at[..., 1], rounds=2)
         mine = part.integral(x, lambda at, normal: np.sum((at * normal)[..., ::2], axis=-1) / 2)
         return self.copies * self.comm.allreduce(mine)
+
+    def crossing(self, u: fem.Function, planes: tuple[int, ...]) -> tuple[float, float, float] | None:
+        """A place where the deformed surface crosses itself [µm], None where it does not. Collective.
+
+        Args:
+            u: displacement [µm].
+            planes: coordinates whose plane through 0 mirrors it: past it are its mirror images.
+        """
+        return crossing_of_triangles(np.concatenate(self.comm.allgather(facets.triangles(self.nodes(u)))), planes)
 
     def max_depth(self, u: fem.Function, obstacles: Iterable[Obstacle]) -> float:
         """Largest depth in the obstacles [µm], at nodes and between them; -inf if empty. Collective."""

@@ -43,7 +43,7 @@ class Judged(Protocol):
     reach_um: float
     log: Callable[[str], None]
 
-    def crossing(self) -> tuple[float, float] | None:
+    def crossing(self) -> tuple[float, ...] | None:
         """A place where the body crosses itself [µm], if that is looked for and found."""
 
 

@@ -150,12 +150,13 @@ class Simulation:
                 if on_checkpoint is not None:
                     on_checkpoint(self.memory())
 
-    def crossing(self) -> tuple[float, float] | None:
-        """A place where the outline crosses itself [µm]; looked for where something pulls, not in space. Collective."""
-        if not self.body.drivers or not isinstance(self.outline, Outline):
+    def crossing(self) -> tuple[float, ...] | None:
+        """A place where the body's boundary crosses itself [µm]; looked for where something pulls. Collective."""
+        if not self.body.drivers:
             return None
-        held = not self.state.free[0]
-        return self.outline.crossing(self.state.u, 0.0 if held else None)
+        if isinstance(self.outline, Outline):
+            return self.outline.crossing(self.state.u, None if self.state.free[0] else 0.0)
+        return self.outline.crossing(self.state.u, tuple(int(k) for k in np.flatnonzero(~self.state.free)))
 
     def rate(self) -> float:
         """Largest nodal displacement rate over the last step [µm/s], 0 at constant load without memory."""

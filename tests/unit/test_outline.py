@@ -7,7 +7,8 @@ from mpi4py import MPI
 
 from cellmech.cell.layering import mesh_plan
 from cellmech.cell.setup import Setup
-from cellmech.fem.outline import HALVINGS, _bisected, crossing_of
+from cellmech.fem.crossing import crossing_of
+from cellmech.fem.outline import HALVINGS, _bisected
 from cellmech.scene.files import read_scene
 
 SCENE = read_scene({"mesh": {"size_um": 8.0}}, "test")

@@ -12,6 +12,7 @@ from problems import layered_disc
 from scipy.special import ellipe
 
 from cellmech.fem import facets, jit
+from cellmech.fem.crossing import crossing_of_triangles
 from cellmech.fem.curves import moments
 from cellmech.fem.domain import Domain
 from cellmech.fem.outline import Outline, deepest
@@ -306,3 +307,33 @@ def test_round_off_does_not_choose_between_points_equally_far():
         for seed in range(5):
             noise = 1e-14 * np.random.default_rng(seed).standard_normal(x.shape)
             assert found.outermost(x + noise, both) == pytest.approx(places, abs=1e-9)
+
+
+@pytest.mark.parametrize("order", [1, 2, 3])
+def test_surface_that_crosses_itself_is_found_and_one_that_is_folded_is_not(order):
+    """A ball whose top comes down through its bottom, and one that stops short of it; a quarter past its plane."""
+    found, u = moved("full", order)
+    assert found.crossing(u, ()) is None
+    X, rest = found.reference.reshape(-1, 3), u.x.array.copy()
+    top, place = np.maximum(X[:, 1], 0.0), u.x.array.reshape(-1, 3)
+    for way, crossed in ((1.6, False), (2.4, True)):
+        u.x.array[:] = rest
+        place[found.dofs.ravel(), 1] -= way * top**2 / INNER
+        hit = found.crossing(u, ())
+        assert (hit is not None) == crossed
+    assert np.hypot(*hit[::2]) < INNER and hit[1] < 20.0
+    quarter, u = moved("quarter", order)
+    assert quarter.crossing(u, (0, 2)) is None
+    u.x.array[2::3] -= 0.01
+    assert quarter.crossing(u, (0,)) is None and quarter.crossing(u, (0, 2)) is not None
+
+
+def test_crossing_of_triangles_of_any_size_is_found():
+    """A large one that a far smaller one pierces, their outsides opposed; turned about, or beside it, none."""
+    large = np.array([[0.0, 0.0, 0.0], [8.0, 0.0, 0.0], [0.0, 8.0, 0.0]])
+    small = np.array([[2.0, 2.0, 0.04], [2.0, 2.08, 0.04], [2.02, 2.04, -0.04]])
+    assert crossing_of_triangles(np.array([large, small])) is not None
+    assert crossing_of_triangles(np.array([large, small[[0, 2, 1]]])) is None
+    assert crossing_of_triangles(np.array([large, small + np.array([5.0, 5.0, 0.0])])) is None
+    assert crossing_of_triangles(np.array([large, small + np.array([0.0, 0.0, 0.05])])) is None
+    assert crossing_of_triangles(np.zeros((0, 3, 3))) is None
