@@ -25,3 +25,14 @@ def radii_of(scene: Scene, actin: Actin) -> tuple[float, float]:
 def bounds_of(scene: Scene) -> list[float]:
     """All such radii [µm], rising: the mesh has an interface at each."""
     return sorted({radius for _, one in scene.drivers if isinstance(one, Actin) for radius in radii_of(scene, one)})
+
+
+def pulls_all_round(scene: Scene) -> bool:
+    """True if actin reaches the nucleus above its middle, where else its outline needs no small elements."""
+    nucleus = scene.nucleus_radius_um
+    for _, one in scene.drivers:
+        if isinstance(one, Actin):
+            (inner, outer), (first, _) = radii_of(scene, one), one.angles_deg or PLACES[one.where][0]
+            if inner <= nucleus <= outer and first < 90.0:
+                return True
+    return False

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from cellmech.cell.actin_places import bounds_of
+from cellmech.cell.actin_places import bounds_of, pulls_all_round
 from cellmech.fem.domain import whole
 from cellmech.mesh.disc import UNIFORM, Grading
 from cellmech.scene.parts import LAYER_NAMES, LayerName
@@ -123,4 +123,9 @@ def mesh_plan(scene: Scene) -> MeshPlan:
     which takes longer than the few elements saved, and moves them by more than their error (`benchmarks/needs.py`).
     """
     merged = (INSIDE_OUT[:2], INSIDE_OUT[2:]) if scene.cell.layers == "smeared" else ()
-    return MeshPlan(merged, UNIFORM if scene.mesh.grading == "uniform" else Grading())
+    return MeshPlan(merged, UNIFORM if scene.mesh.grading == "uniform" else graded(scene, Grading()))
+
+
+def graded(scene: Scene, usual: Grading) -> Grading:
+    """The usual grading; where actin pulls at the back of the nucleus, as fine there as in front."""
+    return replace(usual, back=usual.outline) if pulls_all_round(scene) else usual

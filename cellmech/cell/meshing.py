@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from cellmech.cell.footing import follow, modulus_of
-from cellmech.cell.layering import MeshPlan
+from cellmech.cell.layering import MeshPlan, graded
 from cellmech.mechanics.contact import Contact
 from cellmech.mechanics.kinematics import GEOMETRIES
 from cellmech.mechanics.obstacles import Flat, Obstacle
@@ -46,6 +46,7 @@ def mesh_spec(
             order=min(scene.mesh.order, 2),
             thin_layers=scene.mesh.thin_layers,
             zones=_zones(scene, touch, weight),
+            grading=graded(scene, BALL),
         )
     disc = DiscSpec(
         shape=scene.cell.shape,

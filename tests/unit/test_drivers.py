@@ -25,7 +25,7 @@ from cellmech.mechanics.kinematics import AXISYMMETRIC, PLANE_STRAIN, THREE_D
 from cellmech.mechanics.laws import LAWS
 from cellmech.mechanics.obstacles import Flat, Pillar
 from cellmech.mesh.ball import BallSpec
-from cellmech.mesh.disc import TABLE_1, DiscSpec
+from cellmech.mesh.disc import TABLE_1, DiscSpec, Grading
 from cellmech.runs.case import folds
 from cellmech.scene.files import read_scene, scene_to_toml
 from cellmech.solver.energy_balance import Ledger, owned_values
@@ -298,6 +298,12 @@ class TestScene:
         smeared = [one.sector for one in driven(scene, (0.0, 9.5), {}, ())["drivers"]]
         assert smeared[0].names is None and smeared[0].radii_um == (5.0, 6.0)
         assert mesh_plan(scene_with()).interfaces(scene_with()) == TABLE_1
+
+    def test_nucleus_is_meshed_finely_wherever_actin_pulls_at_it(self) -> None:
+        """A cap's largest strains were five times too large on elements meant for a back that nothing pulls at."""
+        for place, fine in (("cap", True), ("basal", False), ("cortex", False)):
+            grading = mesh_plan(scene_with(actin=[{"where": place}])).grading
+            assert (grading.back == grading.outline) == fine and (grading == Grading()) != fine
 
     def test_pillars_or_the_flat_may_be_bare(self) -> None:
         scene = scene_with(adhesion={"on": ["pillar"]})
