@@ -215,7 +215,7 @@ def _describe_drivers(setup: Setup, modelled: dict[str, str], left: dict[str, st
             told = f"{one.work_uJ_m2:g} uJ/m2 per reference area within {one.range_um:g} um of "
             told += f"{' and '.join(one.on)}{above}"
         else:
-            told = f"{one.stress_Pa:g} Pa, {one.direction or PLACES[one.where][1]}, {one.where}"
+            told = f"{one.told}, {one.direction or PLACES[one.where][1]}, {one.where}"
         modelled[name.replace("_", " ")] = f"{told}, whole at {one.start_s + 2 * one.half_ramp_s:g} s"
     if scene.drivers:
         boundary = "surface" if scene.cell.geometry == "3d" else "outline"

@@ -9,8 +9,12 @@ from itertools import pairwise
 from typing import Any
 
 from cellmech.cell.actin_places import PLACES, radii_of
-from cellmech.mechanics.drivers import Actin, Adhesion, Driver, Sector, Timeline
+from cellmech.fem.domain import Domain
+from cellmech.mechanics.contraction import Contraction
+from cellmech.mechanics.drivers import Actin, Adhesion, Driver, Timeline
+from cellmech.mechanics.kinematics import GEOMETRIES
 from cellmech.mechanics.obstacles import Obstacle
+from cellmech.mechanics.sector import Sector
 from cellmech.scene import parts
 from cellmech.scene.scene import Scene
 from cellmech.solver.time_steps import PUT_ON
@@ -37,6 +41,7 @@ def driven(
     centre: tuple[float, ...],
     obstacles: Mapping[str, Obstacle],
     interfaces: Sequence[tuple[str, float]],
+    domain: Domain | None = None,
 ) -> dict[str, Any]:
     """What `Body` takes of how the load comes on: amplitude, dead, drivers, drag.
 
@@ -45,6 +50,7 @@ def driven(
         centre: of the cell [µm].
         obstacles: by label.
         interfaces: name and outer radius [µm] of the groups of cells, from the inside out; none of smeared layers.
+        domain: the mesh, for what contracts by an active strain.
     """
     weight = ramp(scene.load.half_ramp_s)
     drag = 1.5 * scene.medium.viscosity_Pa_s / scene.radius_um if scene.time.history else 0.0
@@ -59,7 +65,7 @@ def driven(
     shares = [line.share(number) for number in range(len(ramps))]
     dead = shares.pop(0) if scene.has_weight else lambda progress: 0.0
     drivers = [
-        _driver(scene, name, one, share, centre, obstacles, interfaces)
+        _driver(scene, name, one, share, centre, obstacles, interfaces, domain)
         for (name, one), share in zip(scene.drivers, shares, strict=True)
     ]
     return found | {"amplitude": line.progress, "dead": dead, "drivers": tuple(drivers)}
@@ -73,6 +79,7 @@ def _driver(
     centre: tuple[float, ...],
     obstacles: Mapping[str, Obstacle],
     interfaces: Sequence[tuple[str, float]],
+    domain: Domain | None,
 ) -> Driver:
     if isinstance(one, parts.Adhesion):
         bare = tuple(o for label, o in obstacles.items() if kind_of(label) not in one.on)
@@ -87,7 +94,13 @@ def _driver(
         slack, rims = ON_BOUND * radius, pairwise([("", 0.0), *interfaces])
         names = [name for (_, r), (name, rim) in rims if inner - slack <= r and rim <= outer + slack]
         sector = replace(sector, radii_um=(None, None), names=tuple(names))
-    return Actin(share, one.stress_Pa, sector, one.direction or direction, name)
+    way = one.direction or direction
+    if one.contraction is None:
+        return Actin(share, one.pull_Pa, sector, way, name)
+    assert domain is not None
+    stiffness = 1.0 if one.stiffness_factor == 1.0 else domain.constant(one.stiffness_factor)
+    kinematics = GEOMETRIES[scene.cell.geometry]
+    return Contraction(share, one.contraction, sector, domain.constant(0.0), kinematics, way, stiffness, name)
 
 
 def kind_of(label: str) -> str:

@@ -96,6 +96,7 @@ class Samples:
 
     def update(self) -> None:
         """Evaluate at the current state."""
+        self._run.body.contract(self._run.ledger.amplitude)
         for constant, share in self._shares:
             constant.value = share(self._run.ledger.amplitude)
         for rows, values in self._parts:

@@ -27,6 +27,7 @@ from cellmech.fem.domain import Domain, build_domain, whole
 from cellmech.fem.jit import displacement_space, pressure_space
 from cellmech.mechanics.balance import Body
 from cellmech.mechanics.contact import smooth_step
+from cellmech.mechanics.contraction import Contraction
 from cellmech.mechanics.laws import LAWS
 from cellmech.mechanics.materials import Material
 from cellmech.mechanics.obstacles import Flat, Obstacle, Pillar
@@ -150,15 +151,17 @@ class Setup(Placed):
         groups = {name: layers[whole(name)] for name, _ in self.interfaces if not smeared}
         blend = smeared_weights(scene, domain, self.centre) if smeared else None
         contact = self.contact if self.obstacles else None
+        pulls = driven(scene, self.centre, self.obstacles, () if smeared else self.interfaces, domain)
+        contractions = [one for one in pulls.get("drivers", ()) if isinstance(one, Contraction)]
         body = Body(
             domain=domain,
-            materials=material_fields(domain, layers if smeared else groups, blend),
+            materials=material_fields(domain, layers if smeared else groups, blend, contractions),
             space=space,
             bcs=self.symmetry(space),
             body_force=tuple(-self.force_density if k == 1 else 0.0 for k in range(self.kinematics.components)),
             contact=contact,
             density=scene.cell.density_kg_m3 * KG_M3 if scene.cell.inertia else None,
-            **driven(scene, self.centre, self.obstacles, () if smeared else self.interfaces),
+            **pulls,
             bulk_degree=scene.mesh.quadrature_degree,
             contact_degree=scene.contact.quadrature_degree,
             pressure_space=pressure_space(domain.mesh) if mixed else None,
@@ -273,7 +276,10 @@ class Setup(Placed):
         body, radius = self.body, self.scene.radius_um
         load = abs(self.force_density) * radius * body.dead(body.amplitude(self.scene.time.end_s))
         for _, one in scene.drivers:
-            load += abs(one.stress_Pa) if isinstance(one, Actin) else one.work_uJ_m2 / radius
+            if isinstance(one, Actin):
+                load += abs(one.pull_Pa) + soft * (one.contraction or 0.0)
+            else:
+                load += one.work_uJ_m2 / radius
         return min(SMALL * load * radius / soft, 1e-2 * radius)
 
     def _fall_um(self) -> float:

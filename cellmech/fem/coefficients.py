@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,44 +11,57 @@ from dolfinx import fem
 
 from cellmech.fem.domain import Domain
 from cellmech.fem.jit import cellwise_space
+from cellmech.mechanics.contraction import Contraction
 from cellmech.mechanics.materials import Material, MaterialField
 from cellmech.mechanics.stress import measure_of
 
 
 def material_fields(
-    domain: Domain, materials: Mapping[str, Material], blend: Mapping[str, ufl.core.expr.Expr] | None = None
+    domain: Domain,
+    materials: Mapping[str, Material],
+    blend: Mapping[str, ufl.core.expr.Expr] | None = None,
+    contractions: Sequence[Contraction] = (),
 ) -> tuple[MaterialField, ...]:
-    """Group the materials by law and form.
+    """Group the materials by law and form, and by what contracts in them.
 
     Args:
         domain: the mesh and its named groups.
         materials: material by group name (every group of the domain), or by blended layer when `blend` is given.
         blend: weight g_i of each material [-], UFL (eqs 8, 9: E = sum g_i E_i); all materials must share one law.
+        contractions: parts that contract by an active strain.
 
     Raises:
-        ValueError: a group without material, blended materials of different laws, or a mixed material whose law has no
-            volumetric measure.
+        ValueError: a group without material, blended materials of different laws, a mixed material whose law has no
+            volumetric measure, or one that contracts.
     """
+    if contractions and any(m.mixed for m in materials.values()):
+        raise ValueError("a mixed material cannot contract: its pressure knows of no active strain")
     for law in sorted({m.law for m in materials.values() if m.mixed}, key=lambda law: law.__name__):
         measure_of(law)
     if blend is not None:
         laws = {(m.law, m.mixed) for m in materials.values()}
         if len(laws) != 1:
             raise ValueError(f"blended layers need one law, all mixed or none, got {len(laws)}")
-        return (_material_field(domain, tuple(domain.cells), materials, blend),)
+        return (_material_field(domain, tuple(domain.cells), materials, blend, tuple(contractions)),)
     missing = set(domain.cells) - set(materials)
     if missing:
         raise ValueError(f"no material for the groups {sorted(missing)}")
     by_law: dict[Any, list[str]] = {}
     for name in domain.cells:
-        by_law.setdefault((materials[name].law, materials[name].mixed), []).append(name)
+        acting = tuple(one for one in contractions if one.sector.holds(name))
+        by_law.setdefault((materials[name].law, materials[name].mixed, acting), []).append(name)
     return tuple(
-        _material_field(domain, tuple(names), {n: materials[n] for n in names}, None) for names in by_law.values()
+        _material_field(domain, tuple(names), {n: materials[n] for n in names}, None, acting)
+        for (_, _, acting), names in by_law.items()
     )
 
 
 def _material_field(
-    domain: Domain, names: tuple[str, ...], materials: Mapping[str, Material], blend: Any
+    domain: Domain,
+    names: tuple[str, ...],
+    materials: Mapping[str, Material],
+    blend: Any,
+    contractions: tuple[Contraction, ...],
 ) -> MaterialField:
     members = {name: material.numbers() for name, material in materials.items()}
     keys = next(iter(members.values()))
@@ -73,6 +86,7 @@ def _material_field(
         rate_dependent=any(m.rate_dependent for m in materials.values()),
         mixed=next(iter(materials.values())).mixed,
         constants=coefficients,
+        contractions=contractions,
     )
 
 

@@ -212,7 +212,7 @@ def drivers_words(scene: Scene) -> list[str]:
         if isinstance(one, Adhesion):
             words.append(f"adhesion {one.work_uJ_m2:g} µJ/m² within {one.range_um:g} µm")
         else:
-            words.append(f"actin {one.where} {one.stress_Pa:g} Pa")
+            words.append(f"actin {one.where} {one.told}")
     return words
 
 

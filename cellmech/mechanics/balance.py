@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 import ufl
 
 from cellmech.mechanics.contact import Contact
+from cellmech.mechanics.contraction import Contraction
 from cellmech.mechanics.drivers import Driver
 from cellmech.mechanics.kinematics import PLANE_STRAIN, Kinematics, deformation_gradient, green_lagrange
 from cellmech.mechanics.materials import MaterialField
@@ -97,6 +98,16 @@ class Body:
         return tuple(driver for driver in self.drivers if driver.reach_um > 0)
 
     @property
+    def contracting(self) -> tuple[Contraction, ...]:
+        """The drivers that act through the material."""
+        return tuple(driver for driver in self.drivers if isinstance(driver, Contraction))
+
+    def contract(self, amplitude: float) -> None:
+        """Bring the active strains to what they are at an amplitude [-]: stresses and energies are of now."""
+        for driver in self.contracting:
+            driver.now.value = driver.at(amplitude)
+
+    @property
     def reach_um(self) -> float:
         """Gap to an obstacle across which it acts on the body [µm]; negative for a depth."""
         contact = -self.contact.threshold_um if self.contact is not None else 0.0
@@ -123,6 +134,19 @@ def stored_energy(body: Body, state: Motion) -> ufl.Form:
     """Sum of c_s W over the body [Pa µm^2]."""
     E = green_lagrange(state.u, body.kinematics)
     return sum(body.over(m.solid(E, state.p)[0], m.names) for m in body.materials)
+
+
+def contraction_power(body: Body, state: Motion, driver: Contraction, q: Any) -> ufl.Form:
+    """dW/de of the stored energy, weighted by q [Pa µm^2]: the power of a contraction e is this times de/dt."""
+    E, e = green_lagrange(state.u, body.kinematics), ufl.variable(driver.now)
+    varied = replace(driver, now=e)
+    terms = []
+    for m in body.materials:
+        if driver in m.contractions:
+            contractions = tuple(varied if one is driver else one for one in m.contractions)
+            W, _ = replace(m, contractions=contractions).solid(E)
+            terms.append(body.over(ufl.diff(W, e) * q, m.names))
+    return sum(terms)
 
 
 def kinetic_energy(body: Body, state: Motion) -> ufl.Form:

@@ -10,12 +10,12 @@ membrane, stays with the piece of membrane that carries it, the force has a pote
 pull per deformed area would grow where the membrane is stretched, which is at the edge that peels.
 
 Contractile actin: an active second Piola-Kirchhoff stress S_a = T (a0 x a0) in a part of the reference cell, added to
-the mixture's, weighted by neither solid nor fluid fraction.
+the mixture's, weighted by neither solid nor fluid fraction. What contracts by an active strain instead is in
+`cellmech.mechanics.contraction`.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -26,9 +26,7 @@ from cellmech.mechanics.contact import smooth_step, symbolic_depth_and_normal
 from cellmech.mechanics.kinematics import deformation_gradient
 from cellmech.mechanics.normal_law import pull_at
 from cellmech.mechanics.obstacles import Obstacle
-
-DIRECTIONS = ("tangential", "meridional", "radial", "x", "vertical")
-AT_CENTRE_UM = 1e-9  # a point nearer to the centre has no radial direction
+from cellmech.mechanics.sector import Sector
 
 
 class Driver(Protocol):
@@ -105,50 +103,6 @@ class Adhesion:
 
 
 @dataclass(frozen=True)
-class Sector:
-    """A part of the reference cell between two radii and two angles, fading in and out smoothly.
-
-    Args:
-        centre: of the cell [µm].
-        radii_um: inner and outer radius [µm]; None for no bound.
-        angles_deg: from the top, 0, to the bottom, 180.
-        fade_um: half-width of the fade along the radius [µm].
-        around_um: of the fade at the angles, along the arc [µm].
-        names: groups of cells that hold it; None for all.
-    """
-
-    centre: tuple[float, ...]
-    radii_um: tuple[float | None, float | None] = (None, None)
-    angles_deg: tuple[float, float] = (0.0, 180.0)
-    fade_um: float = 0.1
-    around_um: float = 0.1
-    names: tuple[str, ...] | None = None
-
-    def radial(self, X: Any) -> tuple[Any, Any]:
-        """Distance from the centre [µm] and the unit vector from there, shape of X."""
-        from_centre = ufl.as_vector([X[k] - c for k, c in enumerate(self.centre)])
-        r = ufl.sqrt(ufl.dot(from_centre, from_centre) + AT_CENTRE_UM**2)
-        return r, from_centre / r
-
-    def inside(self, X: Any) -> Any:
-        """1 inside, 0 outside, and C2 between."""
-        r, direction = self.radial(X)
-        value: Any = 1.0
-        inner, outer = self.radii_um
-        if inner:
-            value *= smooth_step(r - inner, self.fade_um)
-        if outer is not None:
-            value *= smooth_step(outer - r, self.fade_um)
-        angle = ufl.acos(direction[1])
-        first, last = (math.radians(degrees) for degrees in self.angles_deg)
-        if self.angles_deg[0] > 0.0:
-            value *= smooth_step(r * (angle - first), self.around_um)
-        if self.angles_deg[1] < 180.0:
-            value *= smooth_step(r * (last - angle), self.around_um)
-        return value
-
-
-@dataclass(frozen=True)
 class Actin:
     """Contractile actin in a part of the cell.
 
@@ -169,25 +123,11 @@ class Actin:
     name: str = "actin"
     reach_um: float = 0.0
 
-    def structure(self, body: Any) -> Any:
-        """The structural tensor, a0 x a0 or the tangent projector, where the actin is [-], shape (3, 3)."""
-        X, k = ufl.SpatialCoordinate(body.domain.mesh), body.kinematics
-        _, outwards = self.sector.radial(X)
-        radial = k.vector(outwards)
-        up = ufl.as_vector([0.0, 1.0, 0.0])
-        if self.direction == "tangential":
-            return ufl.Identity(3) - ufl.outer(radial, radial)
-        if self.direction == "meridional":
-            across = up - ufl.dot(up, radial) * radial
-            along = across / ufl.sqrt(ufl.dot(across, across) + AT_CENTRE_UM**2)
-        else:
-            along = {"radial": radial, "x": ufl.as_vector([1.0, 0.0, 0.0]), "vertical": up}[self.direction]
-        return ufl.outer(along, along)
-
     def stress(self, body: Any) -> Any:
         """S_a at full strength [Pa], shape (3, 3)."""
         X = ufl.SpatialCoordinate(body.domain.mesh)
-        return body.domain.constant(self.stress_Pa) * self.sector.inside(X) * self.structure(body)
+        structure = self.sector.structure(X, self.direction, body.kinematics)
+        return body.domain.constant(self.stress_Pa) * self.sector.inside(X) * structure
 
     def work(self, body: Any, u: Any, w: Any) -> ufl.Form | None:
         """See `Driver`: -int F S_a : grad w dV."""

@@ -9,6 +9,7 @@ from typing import Any
 import ufl
 
 from cellmech.errors import InputError
+from cellmech.mechanics.contraction import Contraction
 from cellmech.mechanics.fluid import fluid_stress
 from cellmech.mechanics.invariants import Invariants
 from cellmech.mechanics.kinematics import Kinematics, dilatation_rate
@@ -68,7 +69,10 @@ class Material:
 
 @dataclass(frozen=True)
 class MaterialField:
-    """A material over the mesh: the groups of cells that share one law, with its constants as UFL coefficients."""
+    """A material over the mesh: the groups of cells that share one law, with its constants as UFL coefficients.
+
+    Where parts contract by an active strain the solid is that of its law at the elastic strain, per volume at rest.
+    """
 
     names: tuple[str, ...]
     law: Law
@@ -78,14 +82,33 @@ class MaterialField:
     viscosity_mu: Any
     rate_dependent: bool
     mixed: bool = False
+    contractions: tuple[Contraction, ...] = ()
 
     def solid(self, E, p=None):
         """c_s W and c_s S_s [Pa] at the 3-D strain E (eqs 6, 17-20); in the mixed form at the pressure p [Pa] too."""
         if self.mixed:
             W, S = mixed_energy_and_stress(self.law, E, p, **self.constants)
+        elif self.contractions:
+            strain = ufl.variable(E)
+            W = self.law(Invariants(self.elastic(strain)), **self.constants)
+            for one in self.contractions:
+                W = one.weight * W
+            S = ufl.diff(W, strain)
         else:
             W, S = energy_and_stress(self.law, E, **self.constants)
         return self.solid_fraction * W, self.solid_fraction * S
+
+    def elastic(self, E):
+        """The strain that the law feels at the 3-D strain E [-], shape (3, 3): E itself unless something contracts."""
+        for one in self.contractions:
+            E = one.elastic(E)
+        return E
+
+    def elastic_part(self, F):
+        """The part of F that the law feels [-], F_e of F = F_e F_a, shape (3, 3)."""
+        for one in self.contractions:
+            F = F * one.inverse
+        return F
 
     def volumetric(self, E):
         """The measure g of volume change that the law's lambda goes with [-] at the 3-D strain E."""

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from cellmech.scene.breach import Breach
 from cellmech.scene.inputs import Inputs
 from cellmech.scene.limits import told
+from cellmech.scene.parts import Actin
 
 THINNEST = 1e-3  # of the cell's radius: a part that holds actin
 
@@ -16,6 +17,7 @@ def of_drivers(scene: Inputs) -> Iterator[Breach]:
     yield from _adhesion(scene)
     for number, actin in enumerate(scene.actin):
         where = f"actin.{number}"
+        yield from _contraction(scene, where, actin)
         if actin.where == "sector" and actin.radii_um is None:
             yield Breach(
                 f"{where}.radii_um", 'must be set where actin.where = "sector" (µm)', None, "Or name another place."
@@ -47,3 +49,18 @@ def _adhesion(scene: Inputs) -> Iterator[Breach]:
     if size is not None and size > adhesion.range_um:
         rule = f"must be <= adhesion.range_um = {told(adhesion.range_um)} µm: the mesh would miss the pull"
         yield Breach("mesh.contact_size_um", rule, size, "Leave it out: the program chooses it.")
+
+
+def _contraction(scene: Inputs, where: str, actin: Actin) -> Iterator[Breach]:
+    if actin.contraction is None:
+        if actin.stiffness_factor != 1.0:
+            rule = "needs a contraction: an active stress leaves the stiffness of its layer"
+            yield Breach(f"{where}.stiffness_factor", rule, actin.stiffness_factor)
+        return
+    if actin.stress_Pa is not None:
+        rule = "must be left out beside a contraction: actin has the one or the other"
+        yield Breach(f"{where}.stress_Pa", rule, actin.stress_Pa, "Write two tables [[actin]] for both.")
+    wanted = scene.mesh.pressure == "mixed" or (scene.mesh.pressure == "auto" and scene.nearly_incompressible())
+    if wanted and scene.mesh.order == 2 and scene.cell.geometry != "3d":
+        rule = "needs a scene without the pressure as an unknown, which knows of no active strain"
+        yield Breach(f"{where}.contraction", rule, actin.contraction, 'Set mesh.pressure = "none".')

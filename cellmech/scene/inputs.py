@@ -159,7 +159,8 @@ class Inputs(Table):
         sticks = self.adhesion is not None and self.adhesion.work_uJ_m2 > 0
         adhesion = (("adhesion", self.adhesion),) if self.adhesion is not None and sticks else ()
         names = ["actin"] if len(self.actin) == 1 else [f"actin_{number}" for number in range(len(self.actin))]
-        return (*adhesion, *((name, one) for name, one in zip(names, self.actin, strict=True) if one.stress_Pa))
+        pulls = ((name, one) for name, one in zip(names, self.actin, strict=True) if one.pull_Pa or one.contraction)
+        return (*adhesion, *pulls)
 
     @property
     def ramp_end_s(self) -> float:

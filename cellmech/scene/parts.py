@@ -28,6 +28,7 @@ SECOND_ORDER: dict[str, float] = {"size_um": 0.6, "thin_layers": 2}
 IN_SPACE: dict[int, dict[str, float]] = {
     order: {"size_um": um, "thin_layers": 1} for order, um in ((1, 1.2), (2, 1.2), (3, 3.6))
 }
+DEFAULT_PULL_PA = 100.0  # of actin
 Length = Annotated[float, Number("µm", above=0, most=LARGEST_UM)]
 Position = Annotated[float, Number("µm", least=-LARGEST_UM, most=LARGEST_UM)]
 Density = Annotated[float, Number("kg/m3", least=0, most=1e6)]
@@ -265,14 +266,18 @@ class Adhesion(Table):
 
 
 class Actin(Table):
-    """Contractile actin: an active stress in a part of the cell, in the reference state."""
+    """Contractile actin in a part of the reference cell: an active stress, or an active strain (contraction)."""
 
     where: Annotated[Literal["cap", "basal", "cortex", "sector"], Choice()] = "cortex"
     """Above the nucleus, below it, all of the membrane, or what radii_um and angles_deg say."""
     direction: Annotated[Literal["tangential", "meridional", "radial", "x", "vertical"], Choice()] | None = None
     """Of the pull: along the surface every way or up and down, outwards, along x or y; by `where` if left out."""
-    stress_Pa: Annotated[float, Number("Pa", least=-1e9, most=1e9)] = 100.0
-    """Active stress; positive contracts."""
+    stress_Pa: Annotated[float, Number("Pa", least=-1e9, most=1e9)] | None = None
+    """Active stress; positive contracts; 100 if contraction is left out, too."""
+    contraction: Annotated[float, Number("(no unit)", above=0, most=0.95)] | None = None
+    """Active strain instead: by how much of a length the solid shortens where nothing holds it."""
+    stiffness_factor: Annotated[float, Number("(no unit)", above=0, most=1e6)] = 1.0
+    """How many times as stiff as its layer the solid of a contracting part is, from the start."""
     radii_um: (
         Annotated[tuple[float, float], Pair(Number("µm", least=0, most=LARGEST_UM), "inner and outer", "[5.0, 6.0]")]
         | None
@@ -286,6 +291,20 @@ class Actin(Table):
     """When it begins."""
     half_ramp_s: Annotated[float, Number("s", least=0, most=1e12)] = 5000.0
     """It grows smoothly and is whole twice this time after its start; 0 puts it on at once."""
+
+    @property
+    def pull_Pa(self) -> float:
+        """The active stress [Pa], 0 of what contracts by a strain."""
+        left_out = 0.0 if self.contraction is not None else DEFAULT_PULL_PA
+        return left_out if self.stress_Pa is None else self.stress_Pa
+
+    @property
+    def told(self) -> str:
+        """How it pulls, for people."""
+        if self.contraction is None:
+            return f"{self.pull_Pa:g} Pa"
+        stiffer = "" if self.stiffness_factor == 1.0 else f" and {self.stiffness_factor:g} times as stiff"
+        return f"shorter by {self.contraction:g} where free{stiffer}"
 
 
 class Medium(Table):

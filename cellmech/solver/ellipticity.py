@@ -66,7 +66,8 @@ class Stability:
         margin: least eigenvalue of the acoustic tensor over c_s mu [-]; None where there is no solid at all.
         at_um: reference place [µm]; None, as what follows, where the margin is that of rest everywhere.
         layer: name of the group of cells.
-        angle_deg: of the normal N of the wave (of the band), in the reference, from x, 0 … 180.
+        angle_deg: of the normal N of the wave (of the band), in the reference, from x, 0 … 180; where something
+            contracts by an active strain, in its state of rest.
         amplitude_deg: of the direction a in which points move, 0 … 180.
     """
 
@@ -159,10 +160,13 @@ class StabilityWatch:
 
     def __init__(self, body: Body, u: fem.Function) -> None:
         mesh, E = body.domain.mesh, green_lagrange(u, body.kinematics)
+        strains = [(E, body.domain.own_cells)]
+        if body.contracting:
+            strains = [(m.elastic(E), body.domain.own_of(m.names)[0]) for m in body.materials]
         planar = mesh.topology.dim == 2
         self._ellipticity: Looks = Ellipticity(body, u) if planar else EllipticityInSpace(body, u)
-        self._square = PointValues(ufl.inner(E, E), node_points(body.space), mesh.comm)
-        self._cells = body.domain.own_cells
+        points = node_points(body.space)
+        self._squares = [(PointValues(ufl.inner(e, e), points, mesh.comm), cells) for e, cells in strains]
         self._comm = mesh.comm
         self.seen = AT_REST
         self._last: tuple[float, Stability | StabilityInSpace | None] = (-1.0, None)  # strain, and what was found there
@@ -186,8 +190,9 @@ class StabilityWatch:
         return found
 
     def _strain(self) -> float:
-        """Largest norm of the Green-Lagrange strain over the nodes of every element [-]."""
-        return self._comm.allreduce(float(np.sqrt(np.max(self._square(self._cells), initial=0.0))), op=MPI.MAX)
+        """Largest norm of the law's Green-Lagrange strain over the nodes of every element [-]."""
+        largest = max(float(np.max(square(cells), initial=0.0)) for square, cells in self._squares)
+        return self._comm.allreduce(math.sqrt(largest), op=MPI.MAX)
 
 
 def yeoh_bounds(beta_over_mu: float) -> tuple[float | None, float | None]:
@@ -209,14 +214,15 @@ def yeoh_bounds(beta_over_mu: float) -> tuple[float | None, float | None]:
 def moduli(u: fem.Function, material: MaterialField, kinematics: Kinematics) -> Any:
     """F, S and dS/dE of the solid, the last two over mu of the point [-], as a UFL vector of length 4 + 3 + 6.
 
-    F is (F11, F12, F21, F22). W is taken as a function of E11, E12, E22, which waves in the plane change: S is then
-    (S11, 2 S12, S22), and dS/dE the upper triangle of W's Hessian, row by row.
+    F is (F11, F12, F21, F22), where something contracts the elastic part of it, as E is. W is taken as a function of
+    E11, E12, E22, which waves in the plane change: S is then (S11, 2 S12, S22), and dS/dE the upper triangle of W's
+    Hessian, row by row.
     """
-    E = green_lagrange(u, kinematics)
+    E = material.elastic(green_lagrange(u, kinematics))
     e = [ufl.variable(E[0, 0]), ufl.variable(E[0, 1]), ufl.variable(E[1, 1])]
     plane = ufl.as_matrix([[e[0], e[1], 0.0], [e[1], e[2], 0.0], [0.0, 0.0, E[2, 2]]])
     W = material.law(Invariants(plane), **material.constants)
     S = [ufl.diff(W, e[k]) for k in range(3)]
     C = [ufl.diff(S[k], e[m]) for k in range(3) for m in range(k, 3)]
-    F, mu = deformation_gradient(u, kinematics), material.constants["mu"]
+    F, mu = material.elastic_part(deformation_gradient(u, kinematics)), material.constants["mu"]
     return ufl.as_vector([F[0, 0], F[0, 1], F[1, 0], F[1, 1], *(value / mu for value in (*S, *C))])

@@ -38,7 +38,7 @@ class StabilityInSpace:
         margin: least eigenvalue of the acoustic tensor over c_s mu [-]; None where there is no solid at all.
         at_um: reference place [µm]; None, as what follows, where the margin is that of rest everywhere.
         layer: name of the group of cells.
-        normal: of the wave, in the reference, shape (3,) [-].
+        normal: of the wave, in the reference, or where something contracts in its state of rest, shape (3,) [-].
         motion: direction in which points move, shape (3,) [-].
     """
 
@@ -79,14 +79,14 @@ class EllipticityInSpace:
         self._comm = mesh.comm
         self._points = np.vstack([quadrature(mesh, body.bulk_degree)[0], node_points(body.space)])
         self._layers = {number: whole(name) for name, number in body.domain.cells.items()}
-        F = deformation_gradient(u, body.kinematics)
-        place = ufl.as_vector([*ufl.SpatialCoordinate(mesh), *(F[i, j] for i in range(3) for j in range(3))])
-        self._place = PointValues(place, self._points, mesh.comm)
         self._parts = []
         for material in body.materials:
+            F = material.elastic_part(deformation_gradient(u, body.kinematics))
+            place = ufl.as_vector([*ufl.SpatialCoordinate(mesh), *(F[i, j] for i in range(3) for j in range(3))])
+            at = PointValues(place, self._points, mesh.comm)
             moduli = PointValues(isotropic_moduli(u, material, body.kinematics), self._points, mesh.comm)
             share = PointValues(fem.Constant(mesh, 1.0) * material.solid_fraction, self._points, mesh.comm)
-            self._parts.append((*body.domain.own_of(material.names), moduli, share))
+            self._parts.append((*body.domain.own_of(material.names), moduli, share, at))
 
     def find(self) -> StabilityInSpace:
         """The least margin of the present state, over all ranks. Collective."""
@@ -103,6 +103,7 @@ class EllipticityInSpace:
         groups: np.ndarray,
         moduli: PointValues,
         share: PointValues,
+        place: PointValues,
     ) -> None:
         """Add the least of some of this rank's cells of one material at a time to what was found before."""
         for some in np.array_split(np.arange(len(cells)), -(-len(cells) // AT_ONCE) or 1):
@@ -118,7 +119,7 @@ class EllipticityInSpace:
                 found.append(StabilityInSpace(float(margins[worst])))
                 continue
             cell, point = divmod(int(solid[worst]), len(self._points))
-            at = self._place(cells[some][cell : cell + 1])[0, point]
+            at = place(cells[some][cell : cell + 1])[0, point]
             found.append(_told(at, self._layers[int(groups[some][cell])], values[solid[worst]]))
 
 
@@ -146,9 +147,9 @@ def _told(at: np.ndarray, layer: str, values: np.ndarray) -> StabilityInSpace:
 def isotropic_moduli(u: fem.Function, material: MaterialField, kinematics: Kinematics) -> Any:
     """E, W's derivatives by t = tr E, q = tr E^2, d = det E, and by tt, tq, td, qq, qd, dd, over mu [-].
 
-    A UFL vector of length 6 + 3 + 6, E as `principal.ENTRIES`.
+    A UFL vector of length 6 + 3 + 6, E, the elastic strain, as `principal.ENTRIES`.
     """
-    E, mu = green_lagrange(u, kinematics), material.constants["mu"]
+    E, mu = material.elastic(green_lagrange(u, kinematics)), material.constants["mu"]
     invariants = Invariants(E)
     of = [ufl.variable(value) for value in (invariants.trace, invariants.square, invariants.third)]
     W = material.law(GivenInvariants(E, *of), **material.constants)

@@ -14,6 +14,7 @@ from cellmech.fem.jit import compile_form
 from cellmech.mechanics.balance import (
     Body,
     contact_work,
+    contraction_power,
     drag_work,
     kinetic_energy,
     load_work,
@@ -41,6 +42,9 @@ class Ledger:
     in the step; the first step, which has no predecessor, is booked by the trapezoidal rule. The contact's work, small
     beside the others, needs this: at the default tolerance the trapezoidal rule alone is 1.6 % off.
     Serves one body; after a change of its obstacles `rebind` it.
+
+    The work of a contraction e is int dW/de de: its forces are dW/de, shared out among the nodes, and the path of each
+    is e.
     """
 
     def __init__(self, body: Body, state: State) -> None:
@@ -64,10 +68,11 @@ class Ledger:
             "drag": drag_work(body, state.written(), w),
         }
         terms |= {driver.name: driver.work(body, state.u, w) for driver in body.drivers}
-        self._shares = {driver.name: driver.share for driver in body.drivers}
-        self.works |= {
-            name: 0.0 for name in (*self._shares, *(["drag"] if body.drag else [])) if name not in self.works
-        }
+        terms |= {driver.name: contraction_power(body, parts, driver, w[0]) for driver in body.contracting}
+        self._contracting = {driver.name: driver for driver in body.contracting}
+        self._shares = {driver.name: driver.share for driver in body.drivers if driver not in body.contracting}
+        acting = (*self._shares, *self._contracting, *(["drag"] if body.drag else []))
+        self.works |= {name: 0.0 for name in acting if name not in self.works}
         self._terms = {name: compile_form(form, comm) for name, form in terms.items() if form is not None}
         self._components = body.space.dofmap.index_map_bs
         self._owned = body.space.dofmap.index_map.size_local * self._components
@@ -89,8 +94,18 @@ class Ledger:
         self._last_step = 0.0
 
     def begin(self, amplitude: float) -> None:
-        """State the amplitude [-] at which the body is at rest at the start (0, or 1 when it is switched on)."""
+        """State the amplitude [-] at which the body is at rest at the start (0, or 1 when it is switched on).
+
+        What contracts at once does its work before anything moves.
+        """
         self.amplitude = amplitude
+        self.body.contract(0.0)
+        for name, driver in self._contracting.items():
+            before = self._store()
+            driver.now.value = driver.at(amplitude)
+            self.works[name] += self._store() - before
+        for name in self._contracting:
+            self._forces[name] = self._acting(name, amplitude)
 
     @property
     def load_work(self) -> float:
@@ -109,6 +124,8 @@ class Ledger:
 
     def _acting(self, name: str, amplitude: float) -> np.ndarray:
         """Nodal forces of a term at an amplitude [Pa µm]."""
+        if name in self._contracting:
+            self.body.contract(amplitude)
         share = self._shares[name](amplitude) if name in self._shares else 1.0
         return share * self._assemble(name)
 
@@ -160,7 +177,11 @@ class Ledger:
         return float(np.linalg.norm(self._sum(np.cross(lever, force).sum(axis=0))[free]))
 
     def stored(self) -> float:
-        """Strain energy now [Pa µm^2]. Collective."""
+        """Strain energy at the last step's amplitude now [Pa µm^2]. Collective."""
+        self.body.contract(self.amplitude)
+        return self._store()
+
+    def _store(self) -> float:
         return float(self._sum(fem.assemble_scalar(self._stored)))
 
     def kinetic(self) -> float:
@@ -172,7 +193,10 @@ class Ledger:
         u = self.state.u.x.array[: self._owned].copy()
         forces = {name: self._acting(name, amplitude) for name in self._forces}
         load, load_before = ({"load": self.body.dead(a) * self.load_vector} for a in (amplitude, self.amplitude))
-        now, before = forces | load | {"path": u}, self._forces | load_before | {"path": self._earlier}
+        paths, earlier = (
+            {"path": v} | self._contracted(a) for v, a in ((u, amplitude), (self._earlier, self.amplitude))
+        )
+        now, before = forces | load | paths, self._forces | load_before | earlier
         slopes = {name: (now[name] - before[name]) / step for name in now}
         works = self._sum(np.array([self._work(name, now, before, slopes, step) for name in self.works]))
         for name, work in zip(self.works, works, strict=True):
@@ -180,16 +204,21 @@ class Ledger:
         self._earlier, self._forces, self.amplitude = u, forces, amplitude
         self._slopes, self._last_step = slopes, step
 
+    def _contracted(self, amplitude: float) -> Fields:
+        """Paths of the contractions, each the same at every node [-]."""
+        return {f"path_{name}": np.full(self._owned, one.at(amplitude)) for name, one in self._contracting.items()}
+
     def _work(self, name: str, now: Fields, before: Fields, slopes: Fields, step: float) -> float:
         """int f . du over the step [Pa µm^2]: the trapezoidal rule, and what the curvatures of f and u add to it.
 
         With second divided differences f2, u2 over the last two steps the quadratics give h^3/6 (f' . u2 - f2 . u').
         """
-        f, u = slopes[name], slopes["path"]
+        path = f"path_{name}" if name in self._contracting else "path"
+        f, u = slopes[name], slopes[path]
         trapezoid = float((before[name] + now[name]) @ u) * step / 2
         if not self._slopes:
             return trapezoid
-        f2, u2 = ((slopes[n] - self._slopes[n]) / (step + self._last_step) for n in (name, "path"))
+        f2, u2 = ((slopes[n] - self._slopes[n]) / (step + self._last_step) for n in (name, path))
         return trapezoid + step**3 / 6 * float(f @ u2 - f2 @ u)
 
     def numbers(self) -> dict[str, float]:

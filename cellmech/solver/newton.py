@@ -127,6 +127,7 @@ class Solver:
     def _put_on(self, amplitude: float) -> np.ndarray:
         """Set the forces that act at this amplitude; returns their 2-norm and their sum [Pa µm or pN]."""
         self.amplitude.value = dead = self.body.dead(amplitude)
+        self.body.contract(amplitude)
         norms = abs(dead) * self._dead
         for constant, driver, size in zip(self._shares, self.body.drivers, self._drivers, strict=True):
             constant.value = share = driver.share(amplitude)

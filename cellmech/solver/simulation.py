@@ -250,6 +250,7 @@ class Simulation:
             Refused: it does not count; `state.u` is the last accepted displacement again, if there is one.
         """
         self._solved = Step(t, h, self.body.amplitude(t), outcome.iterations, error)
+        self.body.contract(self._solved.amplitude)  # the last that was tried may be another
         if self.acceptance is not None:
             try:
                 self.acceptance.judge(t, self._solved.amplitude)

@@ -28,6 +28,7 @@ SCENES = {
         "actin": [{"where": "basal", "stress_Pa": 1.0, "start_s": 2000.0, "half_ramp_s": 3000.0}],
         "medium": {"viscosity_Pa_s": 100.0},
     },
+    "contracting": {"actin": [{"where": "basal", "contraction": 0.2, "start_s": 2000.0, "half_ramp_s": 3000.0}]},
     "full": {"cell": {"shape": "full"}, "mesh": {"size_um": 6.0}},
 }
 

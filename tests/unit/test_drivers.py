@@ -1,5 +1,7 @@
 """Adhesion and contractile actin: their forces, their work, when they come on, what of them is refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import ufl
@@ -9,7 +11,7 @@ from mpi4py import MPI
 from problems import affine, block, displacement_space, domain_of, hold, moduli, solid
 from pytest import approx
 from scipy.integrate import quad
-from scipy.optimize import fsolve
+from scipy.optimize import brentq, fsolve
 
 from cellmech.cell.driving import driven, ramp
 from cellmech.cell.layering import mesh_plan
@@ -20,14 +22,18 @@ from cellmech.fem.domain import build_domain
 from cellmech.fem.jit import PointValues, compile_form
 from cellmech.mechanics.balance import Body, equilibrium
 from cellmech.mechanics.contact import Contact
-from cellmech.mechanics.drivers import DIRECTIONS, Actin, Adhesion, Sector, Timeline
-from cellmech.mechanics.kinematics import AXISYMMETRIC, PLANE_STRAIN, THREE_D
+from cellmech.mechanics.contraction import Contraction
+from cellmech.mechanics.drivers import Actin, Adhesion, Timeline
+from cellmech.mechanics.kinematics import AXISYMMETRIC, PLANE_STRAIN, THREE_D, green_lagrange
 from cellmech.mechanics.laws import LAWS
 from cellmech.mechanics.obstacles import Flat, Pillar
+from cellmech.mechanics.sector import DIRECTIONS, Sector
 from cellmech.mesh.ball import BallSpec
 from cellmech.mesh.disc import TABLE_1, DiscSpec, Grading
 from cellmech.runs.case import folds
 from cellmech.scene.files import read_scene, scene_to_toml
+from cellmech.solver.ellipticity import Ellipticity, StabilityWatch
+from cellmech.solver.ellipticity_in_space import EllipticityInSpace
 from cellmech.solver.energy_balance import Ledger, owned_values
 from cellmech.solver.newton import Solver
 from cellmech.solver.state import State
@@ -220,6 +226,143 @@ class TestActin:
         assert expected[clear].any()
 
 
+def contracting(domain, e, sector=None, kinematics=PLANE_STRAIN, **more):
+    """A contraction of the whole body along x, or of a sector."""
+    sector = sector or Sector((-50.0, 0.0))
+    more = {"direction": "x", **more}
+    return Contraction(lambda progress: progress, e, sector, domain.constant(0.0), kinematics, **more)
+
+
+def bundle(e, law="neo-hookean", held=("left",), nx=1, **more):
+    """A block held at these sides along x, and at its bottom across, that contracts by e; and its state."""
+    domain = block(nx=nx)
+    space = displacement_space(domain)
+    bcs = (*(hold(space, domain, side, 0) for side in held), hold(space, domain, "bottom", 1))
+    one = contracting(domain, e, **more)
+    fields = material_fields(domain, {"solid": solid(law, 10.0, 0.3)}, None, [one])
+    body = Body(domain, fields, space, bcs, drivers=(one,))
+    return body, State(body)
+
+
+def largest(body, value):
+    """Largest entry of a UFL expression at the middle of the first cells."""
+    return np.abs(PointValues(value, np.array([[0.3, 0.3]]), MPI.COMM_SELF)(np.arange(2, dtype=np.int32))).max()
+
+
+class TestContraction:
+    @pytest.mark.parametrize("law", ["saint-venant", "neo-hookean", "yeoh"])
+    def test_free_bundle_is_as_long_as_its_rest_and_free_of_stress(self, law, ladder) -> None:
+        """At every stiffness; Saint-Venant's law, which is lost in a compression by a tenth, is that of rest."""
+        body, state = bundle(0.6, law, stiffness_factor=10.0)
+        for share in (0.25, 0.5, 0.75, 1.0):
+            assert Solver(body, state, 1.0).solve(share).converged
+        assert state.u.x.array == approx(affine(body.space, np.diag([-0.6, 0.0])), abs=1e-9)
+        ladder(f"free bundle, active strain, {law}: stretch", ours=1 + state.u.x.array.min(), reference=0.4, rel=1e-8)
+        (material,) = body.materials
+        E = green_lagrange(state.u, PLANE_STRAIN)
+        assert largest(body, material.solid(E)[1]) < 1e-6
+        assert Ellipticity(body, state.u).find().margin == approx(1.0, abs=1e-8)
+        assert EllipticityInSpace(body, state.u).find().margin == approx(1.0, abs=1e-8)
+
+    @pytest.mark.parametrize("law", ["saint-venant", "neo-hookean"])
+    def test_held_bundle_pulls_as_its_law_stretched_from_the_shorter_rest(self, law, ladder) -> None:
+        """Free across, plane strain: S_11 = k S_law,11(E_e)/lambda_a, E_e,11 = (lambda_a^-2 - 1)/2."""
+        e, k = 0.3, 4.0
+        body, state = bundle(e, law, held=("left", "right"), stiffness_factor=k)
+        assert Solver(body, state, 1.0).solve(1.0).converged
+        constants = moduli(law, 10.0, 0.3)
+        lmbda, mu = constants["lmbda"], constants["mu"]
+        rest = 1 - e
+        along = (rest**-2 - 1) / 2
+
+        def of_law(across):
+            if law == "saint-venant":
+                trace = lmbda * (along + across)
+                return np.array([trace + 2 * mu * along, trace + 2 * mu * across])
+            c = 1 + 2 * np.array([along, across])
+            return mu * (1 - 1 / c) + lmbda * 0.5 * np.log(np.prod(c)) / c
+
+        across = brentq(lambda value: of_law(value)[1], -0.4, 0.1, xtol=1e-14)
+        pull = k * rest * of_law(across)[0] / rest**2
+        (material,) = body.materials
+        E = green_lagrange(state.u, PLANE_STRAIN)
+        S = PointValues(material.solid(E)[1], np.array([[0.3, 0.3]]), MPI.COMM_SELF)(np.zeros(1, np.int32)).reshape(
+            3, 3
+        )
+        ladder(f"held bundle, active strain, {law}: S", ours=S[0, 0], reference=pull, rel=1e-8, unit="Pa")
+        assert abs(S[1, 1]) < 1e-6 * pull
+        # the waves are those of the law at E_e, per modulus of the law at rest, however stiff the bundle is
+        elastic, stretched = bundle(1e-9, law)
+        stretched.u.x.array[:] = affine(elastic.space, np.diag([1 / rest - 1, np.sqrt(1 + 2 * across) - 1]))
+        for look in (Ellipticity, EllipticityInSpace):
+            assert look(body, state.u).find().margin == approx(look(elastic, stretched.u).find().margin, rel=1e-6)
+
+    def test_watch_sees_what_is_stretched_at_rest(self) -> None:
+        """A bundle held at both ends does not deform along, and its law is stretched all the same."""
+        body, state = bundle(0.6, "yeoh", held=("left", "right"))
+        watch = StabilityWatch(body, state.u)
+        assert watch.look_if_due() is None
+        body.contract(1.0)
+        found = watch.look_if_due()
+        assert found is not None and found.lost
+
+    @pytest.mark.parametrize(
+        ("kinematics", "direction"),
+        [
+            (PLANE_STRAIN, "tangential"),
+            (AXISYMMETRIC, "tangential"),
+            (AXISYMMETRIC, "meridional"),
+            (THREE_D, "tangential"),
+        ],
+    )
+    def test_tangent_is_symmetric_and_that_of_the_force(self, kinematics, direction) -> None:
+        body = round_body(kinematics, 3.0, (), size=1.0)
+        space = kinematics is THREE_D
+        sector = Sector((0.0, 5.0, 0.0) if space else (0.0, 5.0), (0.5, None), (40.0, 160.0))
+        one = contracting(body.domain, 0.4, sector, kinematics, direction=direction, stiffness_factor=3.0)
+        materials = material_fields(body.domain, dict.fromkeys(("nucleus", "outer"), solid()), None, [one])
+        body = replace(
+            body, materials=materials, drivers=(one,), obstacles=(), body_force=(0.0,) * kinematics.components
+        )
+        state = State(body)
+        body.contract(0.8)
+        R, K = (compile_form(form, MPI.COMM_SELF) for form in equilibrium(body, state, 1.0, [1.0]))
+        H = np.array([[0.03, 0.01, 0.0], [0.02, -0.04, 0.01], [0.0, 0.02, 0.03]])[: 2 + space, : 2 + space]
+        state.u.x.array[:] = affine(body.space, H)
+        A = petsc.assemble_matrix(K)
+        A.assemble()
+        dense, step = A[:, :], np.random.default_rng(1).standard_normal(A.size[0])
+        slope, start = dense @ step, state.u.x.array.copy()
+        ends = []
+        for side in (1e-6, -1e-6):
+            state.u.x.array[:] = start + side * step
+            ends.append(owned_values(R))
+        assert (ends[0] - ends[1]) / 2e-6 == approx(slope, abs=1e-5 * np.abs(slope).max())
+        assert np.abs(dense - dense.T).max() < 1e-9 * np.abs(dense).max()
+        # and the force is the slope of the stored energy, its power that of the energy by the contraction
+        state.u.x.array[:] = start
+        ledger, e = Ledger(body, state), 1e-5
+        energies = []
+        for side in (e, -e):
+            one.now.value = 0.32 + side
+            energies.append(ledger._store())
+        assert ledger._acting("actin", 0.8).sum() == approx((energies[0] - energies[1]) / (2 * e), rel=1e-6)
+
+    @pytest.mark.parametrize("at_once", [False, True])
+    def test_work_of_a_contraction_is_what_is_stored(self, at_once) -> None:
+        """Half of a bundle contracts and stretches the other half; nothing else takes or gives energy."""
+        half = Sector((0.0, 0.0), (0.0, 0.5), fade_um=0.1)
+        body, state = bundle(0.3, held=("left", "right"), nx=6, sector=half, stiffness_factor=2.0)
+        ledger, solver = Ledger(body, state), Solver(body, state, 1.0)
+        ledger.begin(1.0 if at_once else 0.0)
+        for k in () if at_once else range(1, 9):
+            assert solver.solve(k / 8).converged
+            ledger.add_step(k / 8, 1.0)
+            state.advance((1.0, -1.0, 0.0), False)
+        assert ledger.works["actin"] == approx(ledger.stored(), rel=1e-12 if at_once else 2e-3)
+        assert ledger.stored() > 0.01
+
+
 def held(body):
     """No displacement across the axis or the planes of symmetry, and none at the bottom."""
     planes = {"axis": 0, "symmetry x": 0, "symmetry z": 2}
@@ -265,14 +408,14 @@ class TestScene:
     def test_scene_goes_out_and_in(self) -> None:
         scene = scene_with(
             adhesion={"on": ["flat"], "above_um": -1.0},
-            actin=[{"where": "cap"}, {"where": "sector", "radii_um": [1.0, 2.0]}],
+            actin=[{"where": "cap"}, {"where": "sector", "radii_um": [1.0, 2.0]}, {"contraction": 0.2}],
             medium={"viscosity_Pa_s": 1.0},
         )
         text = scene_to_toml(scene)
         import tomllib
 
         assert read_scene(tomllib.loads(text), "again") == scene
-        assert text.count("[[actin]]") == 2
+        assert text.count("[[actin]]") == 3
 
     def test_equal_parts_of_actin_are_two_drivers(self) -> None:
         """With forces and works of their own: neither takes the other's place in the books."""
@@ -305,6 +448,19 @@ class TestScene:
             grading = mesh_plan(scene_with(actin=[{"where": place}])).grading
             assert (grading.back == grading.outline) == fine and (grading == Grading()) != fine
 
+    def test_actin_pulls_by_a_stress_unless_it_contracts(self) -> None:
+        (cap, cortex) = scene_with(actin=[{"where": "cap"}, {"contraction": 0.2, "stiffness_factor": 3.0}]).actin
+        assert (cap.pull_Pa, cortex.pull_Pa) == (100.0, 0.0)
+        assert cap.told == "100 Pa" and cortex.told == "shorter by 0.2 where free and 3 times as stiff"
+
+    def test_cortex_alone_contracts_where_it_is_meshed_apart(self) -> None:
+        """By the groups of cells that hold it: all other layers keep their material."""
+        scene = scene_with(actin=[{"contraction": 0.2}])
+        body = Setup(scene, MPI.COMM_SELF, mesh_plan(scene)).body
+        holds = {name: bool(m.contractions) for m in body.materials for name in m.names}
+        assert {name for name, held in holds.items() if held} == {n for n in holds if n.startswith("membrane")}
+        assert len(body.contracting) == 1 and body.pulling == ()
+
     def test_pillars_or_the_flat_may_be_bare(self) -> None:
         scene = scene_with(adhesion={"on": ["pillar"]})
         obstacles = obstacles_of(scene)
@@ -330,6 +486,19 @@ class TestScene:
                 "must be <= adhesion.range_um = 0.1 µm",
             ),
             ({"actin": [{"where": "sector"}]}, "actin.0.radii_um", "must be set"),
+            ({"actin": [{"contraction": 0.2, "stress_Pa": 5.0}]}, "actin.0.stress_Pa", "must be left out beside"),
+            ({"actin": [{"contraction": 1.0}]}, "actin.0.contraction", "<= 0.95"),
+            ({"actin": [{"stiffness_factor": 2.0}]}, "actin.0.stiffness_factor", "needs a contraction"),
+            (
+                {"actin": [{"contraction": 0.2}], "mesh": {"order": 2, "pressure": "mixed"}},
+                "actin.0.contraction",
+                "needs a scene without the pressure as an unknown",
+            ),
+            (
+                {"actin": [{"contraction": 0.2}], "cell": {"poisson": 0.48}},
+                "actin.0.contraction",
+                "without the pressure",
+            ),
             ({"actin": [{"radii_um": [3.0, 2.0]}]}, "actin.0.radii_um", "must rise"),
             ({"actin": [{"radii_um": [12.0, 13.0]}]}, "actin.0.radii_um", "must begin inside the cell"),
             ({"actin": [{"angles_deg": [0.0, 200.0]}]}, "actin.0.angles_deg", "180"),

@@ -1,4 +1,4 @@
-"""Adhesion against Johnson, Kendall & Roberts, and the energy that it brings."""
+"""Adhesion against Johnson, Kendall & Roberts, and the energy that it and contracting actin bring."""
 
 import csv
 import math
@@ -83,6 +83,21 @@ def test_energy_of_adhesion_is_stored_dissipated_or_spent(tmp_path, ladder):
     assert given > energy["stored"] > 0.5 * given and energy["adhesion_work"] > 20.0
     assert energy["dissipated"] > 0
     ladder("adhesion: gap over its work", ours=energy["balance_error"] / energy["adhesion_work"], abs=2e-3)
+    assert result["contact"]["force_pN"] == pytest.approx(result["contact"]["weight_pN"], rel=1e-5)
+
+
+def test_energy_of_a_contraction_is_stored_dissipated_or_spent(tmp_path, ladder):
+    """The part below the nucleus shortens by 0.3 and pulls it down; what it stores, the rest of the cell lends."""
+    data = {
+        "cell": {"geometry": "axisymmetric"},
+        "actin": [{"where": "basal", "contraction": 0.3, "stiffness_factor": 10.0}],
+        "mesh": {"size_um": 4.8},
+        "time": {"rtol": 3e-3},
+    }
+    result = solve(tmp_path / "contracting", data)
+    energy = result["energy"]
+    assert energy["actin_work"] > 100.0 and energy["dissipated"] > 0
+    ladder("contraction: gap over its work", ours=energy["balance_error"] / energy["actin_work"], abs=2e-4)
     assert result["contact"]["force_pN"] == pytest.approx(result["contact"]["weight_pN"], rel=1e-5)
 
 
