@@ -27,10 +27,11 @@ class Cause(Enum):
         "lie between the points at which it is integrated; set mesh.size_um lower",
         "Set mesh.size_um lower.",
     )
-    FLOATS = (
-        "floats",
-        "floats: the medium is denser than the cell, no equilibrium without inertia",
-        "Make the cell denser than its medium, or set cell.inertia = true.",
+    COMES_OFF = (
+        "comes-off",
+        "the cell comes off the substrate: the lift exceeds what adhesion holds at t = {t_s:.6g} s, "
+        "{share:.4g} of the load",
+        "Lower the lift or raise adhesion.work_uJ_m2; what adhesion held is contact.force_* of the last state.",
     )
     ELLIPTICITY = (
         "ellipticity",

@@ -234,7 +234,9 @@ def _describe_rest(setup: Setup, modelled: dict[str, str], left: dict[str, str])
         if not scene.cell.medium_density_kg_m3 and left_over > 0:
             part = f"{100 * left_over / whole:.2g} % of it would be left in {USUAL_MEDIUM:g} kg/m3"
             buoyancy = f", without buoyancy (cell.medium_density_kg_m3 is 0; {part})"
-        modelled["gravity"] = f"{setup.force_density:.6g} Pa/um per reference volume at full load{buoyancy}"
+        lifts = ", upwards: it lifts the cell" if setup.weight < 0 else ""
+        size = abs(setup.force_density)
+        modelled["gravity"] = f"{size:.6g} Pa/um per reference volume at full load{lifts}{buoyancy}"
     else:
         left["gravity"] = "the load is zero"
     _describe_drivers(setup, modelled, left)

@@ -52,13 +52,12 @@ def driven(
         interfaces: name and outer radius [µm] of the groups of cells, from the inside out; none of smeared layers.
         domain: the mesh, for what contracts by an active strain.
     """
-    weight = ramp(scene.load.half_ramp_s)
     drag = 1.5 * scene.medium.viscosity_Pa_s / scene.radius_um if scene.time.history else 0.0
     found: dict[str, Any] = {"drag": drag} if drag else {}
     if not scene.drivers:
-        return found | {"amplitude": weight}
-    ramps = [weight] if scene.has_weight else []
-    for _, one in scene.drivers:
+        return found | {"amplitude": ramp(scene.load.half_ramp_s)}
+    ramps, weight = [], [scene.load] if scene.has_weight else []
+    for one in (*weight, *(one for _, one in scene.drivers)):
         shortest = 0.5 * PUT_ON * scene.time.end_s if one.start_s > 0 else 0.0
         ramps.append(ramp(max(one.half_ramp_s, shortest), one.start_s))
     line = Timeline(ramps, max(scene.ramp_end_s, scene.time.end_s))

@@ -223,8 +223,6 @@ class Setup(Placed):
         """Raise SolveError where statics alone says that there is none."""
         if self.scene.cell.inertia or self.sinks or self.weight == 0 or self.scene.drivers:
             return
-        if self.weight < 0:
-            raise SolveError(Cause.FLOATS.reason())
         slope = slope_at(self.scene, self.place.touch)
         if abs(slope) > STEEP:
             touch, way = self.place.touch[0], rest_beside(self.scene)
@@ -286,11 +284,11 @@ class Setup(Placed):
         """Way that the cell falls by the first time that is reported, or to first touch if that is less [µm]; > 0."""
         scene = self.scene
         t = np.linspace(0.0, min((*scene.output.times_s, scene.time.end_s)), 201)
-        g = self.force_density / (scene.cell.density_kg_m3 * KG_M3)
-        load = np.array([self.body.dead(self.body.amplitude(moment)) for moment in t])
+        g = abs(self.force_density) / (scene.cell.density_kg_m3 * KG_M3)
+        load = abs(np.array([self.body.dead(self.body.amplitude(moment)) for moment in t]))
         if self.body.drag is not None:
             surface = self.kinematics.directions * self.kinematics.ball(scene.radius_um) / scene.radius_um
-            speed = load * self.weight / (self.body.drag * surface)
+            speed = load * abs(self.weight) / (self.body.drag * surface)
         else:
             speed = np.cumsum(load) * t[1] * g
         way = float(np.sum(speed) * t[1])

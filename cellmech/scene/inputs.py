@@ -154,10 +154,14 @@ class Inputs(Table):
         return self.layer.lamina.outer_radius_um
 
     @property
+    def adheres(self) -> bool:
+        """True if adhesion holds the cell to what it touches."""
+        return self.adhesion is not None and self.adhesion.work_uJ_m2 > 0
+
+    @property
     def drivers(self) -> tuple[tuple[str, Adhesion | Actin], ...]:
         """What pulls besides the weight, and is not nothing, each with its name in results."""
-        sticks = self.adhesion is not None and self.adhesion.work_uJ_m2 > 0
-        adhesion = (("adhesion", self.adhesion),) if self.adhesion is not None and sticks else ()
+        adhesion = (("adhesion", self.adhesion),) if self.adhesion is not None and self.adheres else ()
         names = ["actin"] if len(self.actin) == 1 else [f"actin_{number}" for number in range(len(self.actin))]
         pulls = ((name, one) for name, one in zip(names, self.actin, strict=True) if one.pull_Pa or one.contraction)
         return (*adhesion, *pulls)
@@ -165,8 +169,9 @@ class Inputs(Table):
     @property
     def ramp_end_s(self) -> float:
         """Time from which the full load acts, 2 T_g without drivers [s]."""
-        ends = [one.start_s + 2.0 * one.half_ramp_s for _, one in self.drivers]
-        return max([2.0 * self.load.half_ramp_s, *ends]) if self.has_weight or not ends else max(ends)
+        pulls: list[Load | Adhesion | Actin] = [one for _, one in self.drivers]
+        pulls += [self.load] if self.has_weight or not pulls else []
+        return max(one.start_s + 2.0 * one.half_ramp_s for one in pulls)
 
     @property
     def rest_s(self) -> float:

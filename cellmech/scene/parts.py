@@ -214,10 +214,12 @@ class Load(Table):
 
     gravity_m_s2: Annotated[float, Number("m/s2", least=0, most=1e6)] = 9.81
     """Gravitational acceleration."""
-    factor: Annotated[float, Number("(no unit)", least=0, most=1e6)] = 1.0
-    """The weight is multiplied by it, as in a centrifuge."""
+    factor: Annotated[float, Number("(no unit)", least=-1e6, most=1e6)] = 1.0
+    """The weight is multiplied by it, as in a centrifuge; below 0, with adhesion only, it lifts the cell."""
+    start_s: Annotated[float, Number("s", least=0, most=1e12)] = 0.0
+    """When it begins, if something else pulls before."""
     half_ramp_s: Annotated[float, Number("s", least=0, most=1e12)] = 5000.0
-    """T_g: the load grows smoothly and is whole at twice this time; 0 puts it on at once."""
+    """T_g: the load grows smoothly and is whole twice this time after its start; 0 puts it on at once."""
 
 
 class Contact(Table):

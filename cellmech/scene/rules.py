@@ -19,6 +19,7 @@ from cellmech.solver.instants import CLOSEST, apart
 
 MOST_CELLS = 5e6  # what fits into the memory of a large workstation
 FINEST_CONTACT = 1e-5  # of the cell's radius: a contact zone of a fifth of the radius then has 20,000 edges
+FREE = "the substrate, which only [adhesion] with work_uJ_m2 > 0 holds it to."
 THINNEST_LAYER = 1e-4  # of the cell's radius, 1 nm of Table 1's cell: thinner is no continuum, and no mesh
 
 
@@ -92,10 +93,17 @@ def _smearing(scene: Inputs) -> Iterator[Breach]:
 
 
 def _load(scene: Inputs) -> Iterator[Breach]:
-    cell = scene.cell
-    if cell.density_kg_m3 < cell.medium_density_kg_m3:
-        rule = f"must be >= cell.medium_density_kg_m3 = {told(cell.medium_density_kg_m3)} kg/m3"
-        yield Breach("cell.density_kg_m3", rule, cell.density_kg_m3, "A lighter cell would rise off the substrate.")
+    cell, load = scene.cell, scene.load
+    if cell.density_kg_m3 < cell.medium_density_kg_m3 and not scene.adheres:
+        rule = f"must be >= cell.medium_density_kg_m3 = {told(cell.medium_density_kg_m3)} kg/m3 without [adhesion]"
+        yield Breach("cell.density_kg_m3", rule, cell.density_kg_m3, f"A lighter cell would rise off {FREE}")
+    if load.factor < 0 and not scene.adheres:
+        yield Breach(
+            "load.factor", "must be >= 0 without [adhesion]", load.factor, f"It would lift the cell off {FREE}"
+        )
+    if load.start_s > 0 and not scene.drivers:
+        hint = "Nothing would happen before it: add [adhesion] or [[actin]], or let the time begin with the load."
+        yield Breach("load.start_s", "must be 0 s where only the weight pulls", load.start_s, hint)
     if cell.inertia and cell.density_kg_m3 == 0.0:
         yield Breach("cell.density_kg_m3", "must be > 0 kg/m3 when cell.inertia is true", cell.density_kg_m3)
 

@@ -46,6 +46,9 @@ class Judged(Protocol):
     def crossing(self) -> tuple[float, ...] | None:
         """A place where the body crosses itself [µm], if that is looked for and found."""
 
+    def come_off(self, t: float, amplitude: float) -> Reason | None:
+        """Why the state at the time t [s] does not count, if a load lifts the body off the obstacles."""
+
 
 class Acceptance:
     """Judges the states of a run.
@@ -68,6 +71,8 @@ class Acceptance:
 
     def judge(self, t: float, amplitude: float) -> None:
         """Raise `Refused` for a state at the time t [s] that does not count. Collective."""
+        if (come_off := self.run.come_off(t, amplitude)) is not None:
+            raise Refused(come_off)
         found = None if self.beyond and t < self.end_s else self._look(t)
         if found is not None and found.lost:
             lost = Cause.ELLIPTICITY.reason(t_s=t, amplitude=amplitude, found=found)
@@ -104,6 +109,7 @@ class Acceptance:
         """
         ledger, radius_um = self.run.ledger, self.run.reach_um / 2
         weight = abs(ledger.load_resultant()[1] * ledger.body.dead(amplitude))
+        weight += float(np.linalg.norm(ledger.pull(amplitude)))  # what adhesion alone holds has no weight
         across = np.delete(ledger.contact_force(amplitude) * ledger.state.free, 1)
         push = float(across[0]) if len(across) == 1 else float(np.linalg.norm(across))
         moment = ledger.moment(amplitude)

@@ -90,7 +90,7 @@ def follow(
         reaches = abs(target - here.amplitude) <= abs(increment) * (1 + 1e-9)
         aim = target if reaches else here.amplitude + increment
         run.u[:] = here.u if guess is None else guess.u
-        outcome = run.solve(aim, rough=rough and not reaches)
+        outcome = run.solve(aim, rough=rough and not reaches, leap=run.lifted(aim))
         iterations, factorisations = iterations + outcome.iterations, factorisations + outcome.factorisations
         if outcome.converged and (refusal := judge(aim)) is not None:
             unstable, fault, smallest = abs(aim), refusal, max(smallest, LOSS * abs(target) / 2)

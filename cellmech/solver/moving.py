@@ -32,6 +32,9 @@ class Moving(Protocol):
     def jumps(self) -> bool:
         """True if the displacement jumps at the start."""
 
+    def lifted(self, amplitude: float) -> bool:
+        """True if the load lifts the body off what it adheres to: beyond a fold no solve succeeds, and all cost."""
+
     def solve(self, amplitude: float, rough: bool = False, leap: bool = False) -> Outcome:
         """Solve at a load amplitude [-], beginning near the present displacement."""
 

@@ -19,6 +19,7 @@ from cellmech.solver.energy_balance import Ledger
 from cellmech.solver.instants import CLOSEST
 from cellmech.solver.load_steps import LoadSteps
 from cellmech.solver.newton import TOLERANCE, Outcome, Solver
+from cellmech.solver.release import is_free, lets_go
 from cellmech.solver.rigid_modes import RigidModes
 from cellmech.solver.schedule import SMALL, Memory, Schedule, Step, Totals
 from cellmech.solver.settling import NEARLY, settle
@@ -29,6 +30,7 @@ from cellmech.solver.time_steps import TimeSteps
 TOUCHING = 1e-12  # load amplitude at which the resting body counts as just touching
 MOVING_TOLERANCE = 1e-10  # of the solver with inertia: velocities carry what is left from step to step
 EXACTLY = 1e-6  # share of the load by which contact misses it where Newton's method can do no better
+A_LITTLE = 0.01  # of the amplitude at the end: so far beyond its last equilibrium a lifted body is let go
 CHECKPOINT_STEPS = 10  # accepted steps between two checkpoints of a small problem
 CHECKPOINT_WORK = 200_000  # steps times unknowns after which a larger one is due
 
@@ -234,6 +236,8 @@ class Simulation:
 
     def lost(self, t: float, amplitude: float) -> Reason | None:
         """Why the present displacement, an equilibrium on the way, is none to go on from. Collective."""
+        if (come_off := self.come_off(t, amplitude)) is not None:
+            return come_off
         if self._has_let_go(amplitude):
             return Cause.NONE_NEARBY.reason()
         return None if self.acceptance is None else self.acceptance.lost_on_the_way(t, amplitude)
@@ -241,7 +245,27 @@ class Simulation:
     def _has_let_go(self, amplitude: float) -> bool:
         """True if nothing holds a body any more that obstacles pull: Newton's method went past where they do."""
         pulled = any(driver.share(amplitude) > 0 for driver in self.body.pulling)
-        return pulled and not np.any(self.ledger.pull(amplitude)) and not np.any(self.ledger.contact_force(amplitude))
+        return pulled and is_free(self.ledger, amplitude, self.force_scale)
+
+    def come_off(self, t: float, amplitude: float) -> Reason | None:
+        """Why the present displacement does not count, if a load lifts the body off the obstacles. Collective."""
+        off = self.lifted(amplitude) and is_free(self.ledger, amplitude, self.force_scale)
+        return self._off(t, amplitude) if off else None
+
+    def lifted(self, amplitude: float) -> bool:
+        """True if the load pulls a body up that obstacles may hold."""
+        return bool(self.body.pulling) and self.body.dead(amplitude) * float(self.ledger.load_resultant()[1]) > 0
+
+    def _off(self, t: float, amplitude: float) -> Reason:
+        return Cause.COMES_OFF.reason(t_s=t, share=self.body.dead(amplitude))
+
+    def _comes_off(self, amplitude: float) -> bool:
+        """True if a little more of a load that lifts the body, which finds no equilibrium, makes it let go."""
+        end = self.body.amplitude(self.schedule.end_s)
+        beyond = min(amplitude + A_LITTLE * end, end)
+        if not self._settles or not self.lifted(beyond):
+            return False
+        return lets_go(self.body, self.u, beyond, self.force_scale, self.modes)
 
     def accept(self, t: float, h: float, outcome: Outcome, error: float | None) -> Step:
         """Take the present displacement as the state at time t [s], after a step h [s].
@@ -274,9 +298,11 @@ class Simulation:
     def no_way_on(self, reason: Reason, amplitude: float, t: float | None = None) -> Reason:
         """The reason of a failure with its place: the present time or t [s]."""
         place = f"{self.t if t is None else t:.6g} s, load amplitude {amplitude:.6g}: {reason}"
-        if reason.cause is Cause.ELLIPTICITY:  # which says where itself
+        if reason.cause in (Cause.ELLIPTICITY, Cause.COMES_OFF):  # which say where themselves
             return reason
         drowned = reason.cause is Cause.ROUND_OFF
+        if not drowned and self._comes_off(amplitude):
+            return self._off(self.t if t is None else t, amplitude)
         text = f"the solver stops beyond t = {place}" if drowned else f"no equilibrium beyond t = {place}"
         return Reason(reason.cause, text)
 

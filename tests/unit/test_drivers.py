@@ -417,6 +417,19 @@ class TestScene:
         assert read_scene(tomllib.loads(text), "again") == scene
         assert text.count("[[actin]]") == 3
 
+    def test_load_may_begin_after_the_adhesion_and_lift(self) -> None:
+        for lifting in ({"load": {"factor": -2.0}}, {"cell": {"medium_density_kg_m3": 3000.0}}):
+            load = {"start_s": 8000.0, "half_ramp_s": 1000.0} | lifting.get("load", {})
+            tables = {"adhesion": {"half_ramp_s": 4000.0}} | lifting | {"load": load}
+            scene = scene_with(**tables)
+            setup = Setup(scene, MPI.COMM_SELF, mesh_plan(scene))
+            assert scene.ramp_end_s == 10000.0 and setup.weight < 0 < setup.body.body_force[1]
+            whole = setup.body.amplitude(8000.0)
+            assert setup.body.dead(whole) == approx(0.0, abs=1e-12) and setup.body.drivers[0].share(whole) == approx(
+                1.0
+            )
+            assert setup.body.dead(setup.body.amplitude(9000.0)) == approx(0.5)
+
     def test_equal_parts_of_actin_are_two_drivers(self) -> None:
         """With forces and works of their own: neither takes the other's place in the books."""
         scene = scene_with(actin=[{"where": "cap"}, {"where": "cap"}, {"stress_Pa": 0.0}])

@@ -303,7 +303,7 @@ def test_unknown_key_is_refused_and_the_nearest_known_one_named(text, key, sugge
 
 
 def test_unknown_key_like_no_other_gets_the_keys_of_its_table():
-    assert refusal("[load]\nqqqq = 1").hint == "[load] has gravity_m_s2, factor, half_ramp_s."
+    assert refusal("[load]\nqqqq = 1").hint == "[load] has gravity_m_s2, factor, start_s, half_ramp_s."
     assert refusal("[[pillar]]\n[[pillar]]\nz = 1").hint.startswith("[pillar.1] has x_um, y_um, ")
     assert refusal("qqqq = 1").hint == ""
 
@@ -372,7 +372,9 @@ def test_disc_inside_thinner_than_a_ten_thousandth_of_the_radius_is_refused():
             "must be the same in every layer",
             "got '0.3, 0.45'",
         ),
-        ("cell.medium_density_kg_m3 = 1001", "cell.density_kg_m3", "= 1001 kg/m3", "got 1000.0"),
+        ("cell.medium_density_kg_m3 = 1001", "cell.density_kg_m3", "= 1001 kg/m3 without [adhesion]", "got 1000.0"),
+        ("load.factor = -1\nadhesion.work_uJ_m2 = 0", "load.factor", ">= 0 without [adhesion]", "got -1.0"),
+        ("load.start_s = 5", "load.start_s", "must be 0 s where only the weight pulls", "got 5.0"),
         ("cell = {inertia = true, density_kg_m3 = 0}", "cell.density_kg_m3", "must be > 0 kg/m3", "got 0.0"),
         ("cell.centre_x_um = 1", "cell.centre_x_um", "must be 0 µm for a half cell", "got 1.0"),
         ("output.times_s = [2, 1]", "output.times_s.1", "must rise", "got 1.0"),

@@ -308,7 +308,7 @@ def test_override_of_the_whole_pillar_list_then_of_one_key(study):
     [
         ("load.factr=2", "load.factr", "unknown key", "Did you mean load.factor?"),
         ("sweep=2", "sweep", "unknown key", ""),
-        ("load.g=2", "load.g", "unknown key", "[load] has gravity_m_s2, factor, half_ramp_s."),
+        ("load.g=2", "load.g", "unknown key", "[load] has gravity_m_s2, factor, start_s, half_ramp_s."),
         ("factor=2", "factor", "unknown key", "Did you mean load.factor?"),
         ("lamina.young_Pa=2", "lamina.young_Pa", "unknown key", "Did you mean layer.lamina.young_Pa?"),
         ("sweep=2", "sweep", "unknown key", ""),
