@@ -1,8 +1,8 @@
 """Whether a body that a load lifts lets go of the obstacles that pull it.
 
-Its equilibria end at a fold, of which Newton's method knows only that it finds no other. Just beyond, the body peels and
-either comes off or stops at another equilibrium: implicit Euler steps against a drag on the outline lead there. Their
-length means nothing, and follows Newton's method.
+Its equilibria end at a fold, of which Newton's method knows only that it finds no other. Just beyond, the body peels
+and either comes off or stops at another equilibrium: implicit Euler steps against a drag on the outline lead there.
+Their length means nothing, and follows Newton's method.
 """
 
 from __future__ import annotations

@@ -193,7 +193,7 @@ class Simulation:
         """
         state, load = self.state, self.body.dead(amplitude) * self.ledger.load_resultant()
         pull = self.ledger.pull(amplitude)
-        towards = load if np.any(load) else pull
+        towards = load if np.any(load) else np.where(state.free, pull, 0.0)  # a plane of symmetry bears the rest
         if not np.any(towards) or not np.all(state.free[towards != 0.0]):
             return
         direction = towards / np.linalg.norm(towards)

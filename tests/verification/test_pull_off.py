@@ -165,3 +165,34 @@ def test_pull_off_of_a_cylinder_is_barquins_s(tmp_path, ladder):
         for range_um in (0.2, 0.1)
     ]
     ladder("JKR cylinder comes off, range 0.1 µm", ours=found[1], reference=reference, rel=0.1, unit="Pa um")
+
+
+TABLE_1 = {
+    "plane, elastic": {"cell": {"geometry": "plane"}, "time": {"history": False, "end_s": 14000.0}},
+    "ball in a medium": {
+        "cell": {"geometry": "axisymmetric"},
+        "medium": {"viscosity_Pa_s": 100.0},
+        "time": {"end_s": 14000.0, "rtol": 1e-2},
+    },
+}
+
+
+@pytest.mark.parametrize("which", TABLE_1)
+def test_cell_that_is_lifted_too_far_is_said_to_come_off(which, tmp_path):
+    """Table 1's cell on its pillar under minus six times its weight: no failure of the solver, no cell in the air."""
+    data = TABLE_1[which] | {
+        "adhesion": {"work_uJ_m2": 1.0, "half_ramp_s": 2000.0},
+        "load": {"factor": -6.0, "start_s": 4000.0, "half_ramp_s": 4000.0},
+        "mesh": {"size_um": 4.8},
+    }
+    result = solve(tmp_path / "lifted", data)
+    assert (result["status"], result["cause"]) == ("failed", "comes-off")
+    assert "the lift exceeds what adhesion holds at t = " in result["reason"]
+    assert "in the last state, which is saved" in result["reason"]
+    assert 4000.0 < result["t_s"] < 12000.0
+    assert (tmp_path / "lifted" / "fields.pvd").exists() or list((tmp_path / "lifted").glob("fields*"))
+    contact = result["contact"]
+    if which == "plane, elastic":
+        assert contact["force_Pa_x_um"] == pytest.approx(contact["weight_Pa_x_um"], rel=1e-4) and contact["force_Pa_x_um"] < 0
+    else:
+        assert contact["adhesion_pN"] > 0
