@@ -18,6 +18,7 @@ from cellmech.solver.schedule import Step
 FIRST_STEP = 1 / 50  # of the ramp; the error control then finds the right one
 SMALLEST_STEP = 1e-10  # of the ramp, or the end time without one: below it a failing step is a failure of the physics
 SMALLEST_ACCURATE = 1e-14  # the same where the solve succeeds and the error is what is too large: a body that falls
+SMALLEST_LIFTED = 1e-6  # the same of a body that a load lifts off what it adheres to: what holds it has an end
 CUT = 0.25  # of a step whose solve failed
 RECOVERY = 1.3  # times it, with each accepted step, the largest step after one whose solve failed
 PATIENT = 6  # failures in a row from which on a driven body's solve is given all its iterations: before, it may jump
@@ -134,6 +135,8 @@ class TimeSteps:
         """A smaller step [s], unless it has become senseless; back to the last accepted displacement in any case."""
         run = self.run
         run.u[:] = self.history.values[0]
+        if run.lifted(run.body.amplitude(run.t)):
+            smallest = max(smallest, SMALLEST_LIFTED)
         if h < smallest * run.schedule.scale_s:
             raise SolveError(run.no_way_on(reason, run.body.amplitude(run.t)))
         return h
