@@ -171,7 +171,7 @@ def _hints(setup: Setup) -> dict[str, str]:
     if scene.cell.geometry != "3d" and scene.mesh.order == 2 and scene.mesh.size_um > 2 * second:
         hints["mesh"] = f"second order is as accurate at mesh.size_um = {second:g} as third order at {third:g}"
     if cell.inertia and symmetric and setup.place.touch and cell.gap_um == 0 and scene.load.half_ramp_s > 0:
-        gravity_um_s2 = scene.load.gravity_m_s2 * M_S2 * scene.load.factor
+        gravity_um_s2 = abs(scene.load.gravity_m_s2 * M_S2 * scene.load.factor)
         share = scene.radius_um / scene.load.half_ramp_s**2 / gravity_um_s2 if gravity_um_s2 else math.inf
         if share < NO_INERTIA:
             hints["inertia"] = f"rho a is below {share:.0e} of the weight: inertia = false gives the same numbers"

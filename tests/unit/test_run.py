@@ -101,6 +101,9 @@ class Scripted:
         self.floor = np.inf if reached else self.floor
         return reached
 
+    def lifted(self, amplitude):
+        return False
+
     def lost(self, t, amplitude):
         return UNSTABLE if amplitude > self.bears else None
 

@@ -51,7 +51,7 @@ def lifted(geometry, force, work, range_um, young=YOUNG, times=()):
         "adhesion": {"work_uJ_m2": work, "range_um": range_um, "half_ramp_s": SETS_IN_S / 2},
         "time": {"history": False},
         "output": {"times_s": list(times)},
-        "mesh": {"size_um": 2.5, "contact_size_um": range_um},
+        "mesh": {"size_um": 5.0, "contact_size_um": range_um},
     }
 
 
@@ -125,7 +125,7 @@ def test_maugis_leads_from_derjaguin_to_johnson():
 
 # Young's modulus [Pa], range [µm], largest elements [µm]; Tabor's number with the range as its length. A stiff ball is
 # pulled as far as the range reaches, farther than its contact.
-TABOR = {"0.007": (1e5, 0.2, 1.2), "0.32": (1000.0, 0.1, 2.5), "0.64": (1000.0, 0.05, 2.5)}
+TABOR = {"0.007": (1e5, 0.2, 1.2), "0.32": (1000.0, 0.1, 5.0), "0.64": (1000.0, 0.05, 5.0)}
 
 
 @pytest.mark.parametrize("number", TABOR)
