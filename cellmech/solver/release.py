@@ -50,7 +50,7 @@ def lets_go(body: Body, u: np.ndarray, amplitude: float, force_scale: float, mod
         force_scale: a force such as the weight [Pa µm or pN].
         modes: rigid motions to take out.
     """
-    slow = dataclasses.replace(body, drag=1.0, density=None)
+    slow = dataclasses.replace(body, drag=1.0)
     state = State(slow)
     state.u.x.array[:] = u
     state.update()
@@ -69,7 +69,7 @@ def lets_go(body: Body, u: np.ndarray, amplitude: float, force_scale: float, mod
                 continue
             if is_free(ledger, amplitude, force_scale):
                 return True
-            moved = solver.comm.allreduce(float(np.abs(state.u.x.array - start).max()), op=MPI.MAX)
+            moved = solver.comm.allreduce(float(np.abs(state.u.x.array - start).max(initial=0.0)), op=MPI.MAX)
             if h > RESTS * first and moved < STILL * slow.reach_um:
                 return False
             state.rest()
