@@ -159,7 +159,7 @@ class Ledger:
         return self._resultant(self.load_vector)
 
     def moment(self, amplitude: float) -> float:
-        """Moment of obstacles and load now about where the load acts [Pa µm^2 or aJ]. Collective.
+        """Moment of obstacles and load now about where the load acts, or the nodes' middle [Pa µm^2 or aJ]. Collective.
 
         Counter-clockwise in the plane; in space its size, of the components that no plane of symmetry bears. Stresses
         that are symmetric add nothing to it.
@@ -167,8 +167,8 @@ class Ledger:
         load = self.load_vector.reshape(-1, self._components)
         nodes = self.body.space.tabulate_dof_coordinates()[: len(load), : self._components]
         x = nodes + self.state.u.x.array[: self._owned].reshape(load.shape)
-        share = self._sum(load.sum(axis=0))[1]
-        centre = self._sum(load[:, 1] @ x) / share
+        weights = load[:, 1] if self._sum(np.abs(load[:, 1]).sum()) > 0 else np.ones(len(load))
+        centre = self._sum(weights @ x) / self._sum(weights.sum())
         obstacles = self._obstacles(amplitude).reshape(-1, self._components)
         lever, force = x - centre, obstacles + self.body.dead(amplitude) * load
         if self._components == 2:

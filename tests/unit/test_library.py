@@ -268,3 +268,12 @@ def test_number_of_ones_own_stands_in_result_and_history(example):
     sunk = sinking.number("own.sunk_um")
     assert sunk == pytest.approx(-sinking.fields().point_data["displacement_um"][:, 1].min(), rel=1e-6)
     assert sinking.history("own.sunk_um")["own.sunk_um"].tolist() == [sunk]
+
+
+@pytest.mark.parametrize("tables", [{}, {"actin": ({"where": "basal", "stress_Pa": 5.0},)}], ids=["nothing", "actin"])
+def test_full_cell_without_weight_is_solved_and_not_turned(tables):
+    """There is no load to take a moment about; warnings are errors here."""
+    scene = cellmech.Scene(mesh=COARSE, cell={"shape": "full"}, load={"factor": 0.0}, time={"history": False}, **tables)
+    result = cellmech.solve(scene)
+    assert abs(result.number("contact.lateral_force_Pa_x_um")) < 1e-9
+    assert (result.number("nucleus.J1_max") - 2 > 0.01) == bool(tables)
