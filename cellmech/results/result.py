@@ -1,6 +1,6 @@
 """One case's files as they lie on disk: read, never solved.
 
-Of a case's folder: scene.toml, result.json, history.csv, and fields.pvd with the files it lists.
+Of a case's folder: scene.toml, result.json, history.csv, outline.csv, and fields.pvd with the files it lists.
 """
 
 from __future__ import annotations
@@ -118,6 +118,28 @@ class Result:
             except (TypeError, ValueError) as error:
                 raise InputError(str(path), column, f"must hold numbers only ({error})", None, AGAIN) from None
         return found
+
+    def outline(self, body: str = "nucleus", state: str = "deformed", view: str = "section") -> np.ndarray:
+        """Points around a body in order [µm], shape (n, 2): x and y, or x and z of a view from above.
+
+        Args:
+            body: "nucleus" or "cell".
+            state: "deformed", or "reference" before the load.
+            view: "section", or "above" of a ball.
+
+        Raises:
+            InputError: for a file that is missing or broken, or has no such outline.
+        """
+        path, asked = self.folder / "outline.csv", [body, state, view]
+        columns = ("x_um", "z_um" if view == "above" else "y_um")
+        rows = csv.DictReader(_text(path).splitlines())
+        mine = [row for row in rows if [row.get("body"), row.get("state"), row.get("view")] == asked]
+        if not mine:
+            raise InputError(str(path), " ".join(asked), "there is no such outline", None, AGAIN)
+        try:
+            return np.array([[float(row[column] or "nan") for column in columns] for row in mine])
+        except (KeyError, TypeError, ValueError) as error:
+            raise InputError(str(path), "", f"must hold numbers only ({error})", None, AGAIN) from None
 
     def fields(self, file: Path | None = None) -> Any:
         """A field file, the last if none is given, as a pyvista UnstructuredGrid: every triangle has its own points.

@@ -32,6 +32,7 @@ from cellmech.errors import SolveError
 from cellmech.fem import fenicsx
 from cellmech.results import checkpoint
 from cellmech.results.field_files import write_fields
+from cellmech.results.outline_file import write_outlines
 from cellmech.results.records import CaseFolder, flatten
 from cellmech.scene.case import Case
 from cellmech.scene.files import scene_to_toml
@@ -196,6 +197,7 @@ def _solve(
             in_doubt["folds"] = told
             folder.log(f"warning: folds: {told}")
         write_fields(folder, observer, run.t, series, bool(accepted.beyond))
+        write_outlines(folder, observer)
         look_for_doubts()
     folder.agree()
     extra = {} if in_space is None else {"in_space": in_space.as_dict()}

@@ -1,0 +1,86 @@
+"""Outlines of cell and nucleus as points, to lay over a microscope's picture: `outline.csv`.
+
+One row a point, in order around the body, the first not repeated. `body` is nucleus or cell, `state` reference (before
+the load, where the cell begins) or deformed, `view` section (in x and y: of a ball the one square to z through the
+nucleus's centroid) or above (its shadow, in x and z, of a ball only). Outside a section's plane a column is empty.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from dolfinx import fem
+from scipy.spatial import cKDTree
+
+from cellmech.cell.observables import Observer
+from cellmech.fem.boundary import boundary
+from cellmech.fem.outline import Outline, along
+from cellmech.fem.surface import Surface
+from cellmech.results.records import CaseFolder
+
+OUTLINE = "outline.csv"
+POINT = 1e-9  # of the curve's size: a shorter edge is a point, as where a section meets a corner of a facet
+COLUMNS = "body,state,view,x_um,y_um,z_um"
+
+
+def write_outlines(folder: CaseFolder, observer: Observer) -> None:
+    """Write the outlines of the present state. Collective."""
+    rows = [COLUMNS]
+    for body, state, view, points in _outlines(observer):
+        cells = [[f"{value:.9g}" for value in point] for point in points]
+        if view == "above":
+            cells = [[x, "", z] for x, z in cells]
+        rows += [",".join([body, state, view, *row, *[""] * (3 - len(row))]) for row in cells]
+    folder.write_text(OUTLINE, "\n".join([*rows, ""]))
+
+
+def _outlines(observer: Observer) -> Iterator[tuple[str, str, str, np.ndarray]]:
+    body, u, mirrored = observer.run.body, observer.run.state.u, observer.layout.mirrored
+    states = {"reference": fem.Function(body.space), "deformed": u}
+    for name, group in (("nucleus", "nucleus_outline"), ("cell", "outer")):
+        bound = boundary(body.domain, body.space, group, mirrored)
+        for state, displacement in states.items():
+            if isinstance(bound, Outline):
+                edges = np.concatenate(bound.comm.allgather(bound.nodes(displacement)))
+                yield name, state, "section", around(edges, observer.layout.half)
+                continue
+            level = (
+                float(observer.nucleus.content(displacement)[2][2]) if isinstance(observer.nucleus, Surface) else 0.0
+            )
+            edges = np.concatenate(bound.comm.allgather(bound.section(displacement, 2, level)))
+            flat = around(edges, 0 in mirrored)
+            yield name, state, "section", np.column_stack([flat, np.full(len(flat), level)])
+            yield name, state, "above", _points(bound.shadow(displacement))
+
+
+def around(edges: np.ndarray, half: bool) -> np.ndarray:
+    """Points of a closed curve in order [µm], shape (n, 2).
+
+    Args:
+        edges: in any order, as `curves` has them, each counter-clockwise, shape (n_edges, n_nodes, 2).
+        half: whether x = 0 mirrors them; else they are the whole curve.
+    """
+    edges = edges[np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1) > POINT * np.ptp(edges[:, :2])]
+    if half:
+        image = edges[:, [1, 0, *range(edges.shape[1] - 1, 1, -1)]] * [-1.0, 1.0]
+        edges = np.concatenate([edges, image])
+    tree, left, order = cKDTree(edges[:, 0]), np.ones(len(edges), dtype=bool), []
+    at = int(np.argmin(edges[:, 0, 1]))
+    for _ in range(len(edges)):
+        order.append(at)
+        left[at] = False
+        near = 4
+        while left.any():
+            following = np.atleast_1d(tree.query(edges[at, 1], min(near, len(edges)))[1])
+            if left[following].any():
+                at = int(following[np.argmax(left[following])])
+                break
+            near *= 4
+    return _points(edges[order])
+
+
+def _points(edges: np.ndarray) -> np.ndarray:
+    """Points of edges in order, as many on each as its order [µm], shape (n, 2)."""
+    count = edges.shape[1] - 1
+    return along(edges, np.arange(count) / count).reshape(-1, 2)
