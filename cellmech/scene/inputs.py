@@ -27,6 +27,7 @@ from cellmech.scene.parts import (
     Load,
     Medium,
     Mesh,
+    Nucleus,
     Output,
     Pillar,
     Table,
@@ -52,6 +53,8 @@ class Inputs(Table):
     title: Annotated[str, Line()] = ""
     """For people: heads tables and figures."""
     cell: Cell = Cell()
+    nucleus: Nucleus | None = None
+    """The nucleus's radius; its layers' radii otherwise."""
     layer: Layers = Layers()
     pillar: tuple[Pillar, ...] = (Pillar(),)
     """One table a pillar, Table 1's if there is none; `pillar = []` for no pillar. A half cell mirrors them."""

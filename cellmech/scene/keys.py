@@ -78,7 +78,7 @@ def _likeness(wrong: str, known: str) -> float:
     words = difflib.SequenceMatcher(None, wrong_word, word).ratio()
     # a key that names no table is only a little more likely one of the top
     tables = difflib.SequenceMatcher(None, wrong_table, table).ratio() if wrong_table else 1.0 - 0.2 * bool(table)
-    return words + 0.25 * (tables - 1.0)
+    return words + 0.4 * (tables - 1.0)
 
 
 def check_tables(data: Mapping[str, Any], where: str) -> None:

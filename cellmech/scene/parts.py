@@ -55,6 +55,8 @@ class Cell(Table):
     """A cylinder on endless ridges (plane strain, the paper's), a ball on what is round about x = 0, or on anything."""
     shape: Annotated[Literal["half", "full", "quarter"], Choice()] = "half"
     """Half a cell, mirrored at x = 0, or all of it; in 3-D also a quarter, and the least that serves if left out."""
+    radius_um: Length | None = None
+    """Radius, instead of layer.membrane.outer_radius_um; the membrane keeps its thickness."""
     gap_um: Position = 0.0
     """Vertical travel to first touch; without inertia the cell is moved there before it is solved."""
     centre_x_um: Position = 0.0
@@ -97,6 +99,13 @@ class Cell(Table):
     """Where they lie: over an interface, to one side, or as eqs 1 to 5 print them, in the square of the radius."""
 
 
+class Nucleus(Table):
+    """The nucleus as a whole."""
+
+    radius_um: Length | None = None
+    """Radius, instead of layer.lamina.outer_radius_um; the lamina keeps its thickness."""
+
+
 class Layer(Table):
     """One layer of the cell; `law` and `poisson` are the cell's where they are None."""
 
@@ -106,6 +115,8 @@ class Layer(Table):
     """Share of the fluid in the stress; the solid has the rest."""
     outer_radius_um: Length
     """Where the layer ends; it begins where the next one inside ends."""
+    thickness_um: Length | None = None
+    """Of membrane or lamina, instead of the outer radius of what is inside it."""
     law: Annotated[Law, Choice()] | None = None
     """Strain energy of the solid; the cell's if left out."""
     poisson: Poisson | None = None

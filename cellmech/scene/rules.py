@@ -14,6 +14,7 @@ from cellmech.scene.inputs import Inputs
 from cellmech.scene.limits import below, told
 from cellmech.scene.parts import LAYER_NAMES
 from cellmech.scene.placement import overlaps, placement
+from cellmech.scene.sizes import of_sizes
 from cellmech.scene.substrate_rules import of_substrate
 from cellmech.solver.instants import CLOSEST, apart
 
@@ -26,6 +27,7 @@ THINNEST_LAYER = 1e-4  # of the cell's radius, 1 nm of Table 1's cell: thinner i
 def breaches(scene: Inputs) -> Iterator[Breach]:
     """The rules the scene breaks, the ones that explain others first; nothing is computed before it is asked for."""
     yield from of_geometry(scene)
+    yield from of_sizes(scene)
     yield from _radii(scene)
     yield from _constants(scene)
     yield from _smearing(scene)

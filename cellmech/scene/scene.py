@@ -9,6 +9,7 @@ from pydantic import model_validator
 from cellmech.scene.inputs import Inputs
 from cellmech.scene.parts import IN_SPACE, Mesh
 from cellmech.scene.rules import breaches
+from cellmech.scene.sizes import outer_radii
 from cellmech.scene.substrate import crowded, smallest_shape
 from cellmech.scene.value_types import broken
 
@@ -21,6 +22,12 @@ class Scene(Inputs):
     `Scene()` is Table 1. A scene that exists keeps every rule: building one that does not raises pydantic's
     ValidationError, which `files.read_scene` turns into an InputError.
     """
+
+    @model_validator(mode="after")
+    def _radii_of_sizes(self) -> Self:
+        for name, value in outer_radii(self).items():
+            object.__setattr__(self, name, value)
+        return self
 
     @model_validator(mode="after")
     def _array_instead_of_table_1s_pillar(self) -> Self:

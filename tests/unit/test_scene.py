@@ -624,7 +624,7 @@ def test_toml_of_a_scene_names_every_key_with_a_value():
         "output",
         "stability",
     }
-    assert set(data["cell"]) == set(Cell.model_fields) - {"smear_um", "constants"}
+    assert set(data["cell"]) == set(Cell.model_fields) - {"smear_um", "constants", "radius_um"}
     assert set(data["pillar"][0]) == set(Pillar.model_fields) - {"profile", "width_um"}
 
 
