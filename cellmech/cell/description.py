@@ -242,9 +242,10 @@ def _describe_rest(setup: Setup, modelled: dict[str, str], left: dict[str, str])
     _describe_drivers(setup, modelled, left)
     if setup.lift_um:
         modelled["first touch"] = f"moved down by {setup.lift_um:g} um: without inertia the fall needs no solving"
-    if setup.place.slide_um:
-        way = f"{setup.place.slide_um:.6g} um along x"
-        modelled["place"] = f"moved by {way}: there the cell, which touched on a slope, rests on both sides"
+    if any(setup.place.slide_um):
+        ways = [f"{way:.6g} um along {axis}" for way, axis in zip(setup.place.slide_um, "xz", strict=False)]
+        told = "there the cell, which touched on a slope, rests on all sides"
+        modelled["place"] = f"moved by {' and '.join(ways)}: {told}"
     space = scene.cell.geometry == "3d"
     if scene.mirrors:
         planes = " and ".join(f"u_{axis} = 0 on {axis} = 0" for axis in scene.mirrors)

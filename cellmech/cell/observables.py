@@ -73,7 +73,7 @@ class Layout:
         groups: names of the cell groups a region consists of, for the regions that are meshed apart.
         pillars: obstacles whose distance from the lamina is reported.
         lift_um: how far the cell was moved to first touch [µm].
-        slide_um: how far it was moved along x to where it rests [µm].
+        slide_um: how far it was moved along x, and in space along z, to where it rests [µm].
     """
 
     centre: tuple[float, ...]
@@ -83,7 +83,7 @@ class Layout:
     groups: Mapping[str, tuple[str, ...]]
     pillars: tuple[Upright, ...]
     lift_um: float = 0.0
-    slide_um: float = 0.0
+    slide_um: tuple[float, ...] = (0.0,)
 
     @property
     def half(self) -> bool:
@@ -278,7 +278,8 @@ class Observer:
             "max_pressure_Pa": None,
             "half_width_um": None,
             "lift_um": layout.lift_um,
-            "slide_um": layout.slide_um,
+            "slide_um": layout.slide_um[0],
+            **({"slide_z_um": layout.slide_um[1]} if self.dim == 3 else {}),
         }
         for driver in run.body.pulling:
             result[f"{driver.name}_{unit}"] = 0.0 - float(run.ledger.resultant(driver.name)[1]) * layout.copies

@@ -229,7 +229,9 @@ class Setup(Placed):
             told = f"the only touch is on a slope (x = {touch.at[0]:.4g} um, normal tilted by "
             told += f"{math.degrees(math.asin(slope)):.3g} degrees) and contact is frictionless"
             if way is not None:
-                told += f"; it would rest at cell.centre_x_um = {self.place.centre[0] + way:.6g}"
+                rest = (round(at + part, 9) for at, part in zip(self.scene.centre_um, way, strict=True))
+                keys = (f"cell.centre_{axis}_um = {at:.6g}" for axis, at in zip("xz", rest, strict=False))
+                told += f"; it would rest at {' and '.join(keys)}"
             raise SolveError(Cause.SLIDES.reason(told=told))
 
     def layout(self) -> Layout:

@@ -1,7 +1,7 @@
 """The start of the cell: lowered vertically until it first touches, then lifted by the gap.
 
-In a plane a cell that nothing but contact holds, and that touches on a slope beside a second obstacle, slides a little
-down to where it touches both: there it starts, since its equilibrium is near there and not where it was put.
+A cell that nothing but contact holds, and that touches on a slope, slides down to where it touches on all sides, if
+that is in reach: there it starts, since its equilibrium is near there and not where it was put.
 """
 
 from __future__ import annotations
@@ -24,8 +24,9 @@ Place = tuple[float, ...]  # across the vertical [µm]: x, in 3-D x and z
 
 # Two obstacles count as touched together when their first touches differ by less than this share of the radius.
 TIE = 1e-9
-# Share of the radius that a cell may slide to where it rests on both sides; farther away is another scene.
-FARTHEST_SLIDE = 0.1
+FARTHEST_SLIDE = 0.5  # share of the radius that a cell may slide to where it rests; farther away is another scene
+FIRST_STEP, LAST_STEP = 0.05, 1e-11  # of a way down in space, shares of the radius
+ACTIVE = 0.5  # share of a step that the level of an obstacle may lie lower for it to be in the way
 STEEP = 1e-5  # sine of a slope on which a cell slides; on less it is held, with that share of its weight
 LOOKS = 200  # at the substrate along a radius: each obstacle's level is as smooth there as the cell is round
 
@@ -41,12 +42,12 @@ class Touch(NamedTuple):
 class Placement(NamedTuple):
     """The cell's centre at the start [µm], `gap_um` above first touch; `touch` is empty when nothing is below.
 
-    `slide_um` is how far it has been moved along x to where it rests.
+    `slide_um` is how far it has been moved to where it rests, along x, and in 3-D along z.
     """
 
     centre: tuple[float, ...]
     touch: tuple[Touch, ...]
-    slide_um: float = 0.0
+    slide_um: Place = (0.0,)
 
 
 class Overlap(NamedTuple):
@@ -66,9 +67,9 @@ def placement(scene: Inputs) -> Placement:
     first = _first(scene, place)
     if not first:
         return Placement(_above(place, gap + radius), ())
-    slide = _slide(scene, FARTHEST_SLIDE * radius) or 0.0
-    if slide:
-        place = (place[0] + slide,)
+    slide = _slide(scene, FARTHEST_SLIDE * radius) or (0.0,) * len(place)
+    if any(slide):
+        place = tuple(at + way for at, way in zip(place, slide, strict=True))
         first = _first(scene, place)
     level = max(level for level, _ in first)
     return Placement(_above(place, level + gap), tuple(touch for _, touch in first), slide)
@@ -78,11 +79,8 @@ def _above(place: Place, y: float) -> tuple[float, ...]:
     return place[0], y, *place[1:]
 
 
-def rest_beside(scene: Inputs) -> float | None:
-    """How far along x from where it was put a cell that touches on a slope would rest [µm]; None if not near by.
-
-    Nothing is looked for in 3-D, where the way down is no line.
-    """
+def rest_beside(scene: Inputs) -> Place | None:
+    """How far from where it was put a cell that touches on a slope would rest [µm]; None if not near by."""
     return _slide(scene, 2 * scene.radius_um)
 
 
@@ -92,40 +90,52 @@ def slope_at(scene: Inputs, touch: tuple[Touch, ...]) -> float:
     It rests where weights of its touches, mirror images included, balance their horizontal normals.
     """
     tilts = [(point.normal[0], *point.normal[2:]) for point in touch]
-    for axis, name in enumerate("xz"):
-        if name in scene.mirrors:
-            tilts += [tuple(-t if k == axis else t for k, t in enumerate(tilt)) for tilt in tilts]
     if scene.cell.geometry == "3d":
-        return _distance(tilts)
-    sines = [tilt for (tilt,) in tilts]
+        return math.hypot(*_nearest(_with_images(scene, tilts)))
+    sines = [tilt for (tilt,) in _with_images(scene, tilts)]
     return min(sines, key=abs) if sines and (min(sines) > 0) == (max(sines) > 0) else 0.0
 
 
-def _distance(points: Iterable[tuple[float, ...]]) -> float:
-    """Of the origin from the convex hull of points of a plane, 0 inside it and for no points."""
+def _with_images(scene: Inputs, tilts: list[Place]) -> list[Place]:
+    """Horizontal vectors, and their mirror images where planes of symmetry bound what is modelled."""
+    for axis, name in enumerate("xz"):
+        if name in scene.mirrors:
+            tilts = tilts + [tuple(-t if k == axis else t for k, t in enumerate(tilt)) for tilt in tilts]
+    return tilts
+
+
+def _nearest(points: Iterable[Place]) -> Place:
+    """The point of the convex hull of points of a plane that is nearest to the origin; the origin for no points."""
     found = [point for point in points]
     angles = sorted(math.atan2(z, x) for x, z in found)
     if not found or (0.0, 0.0) in found:
-        return 0.0
+        return 0.0, 0.0
     around = [later - earlier for earlier, later in pairwise((*angles, angles[0] + 2 * math.pi))]
     if max(around) <= math.pi:
-        return 0.0
-    nearest = min(math.hypot(*point) for point in found)
+        return 0.0, 0.0
+    candidates = list(found)
     for (x0, z0), (x1, z1) in combinations(found, 2):
         dx, dz = x1 - x0, z1 - z0
         if (x0 * dx + z0 * dz) * (x1 * dx + z1 * dz) < 0.0:  # its foot lies between the two
-            nearest = min(nearest, abs(x0 * z1 - x1 * z0) / math.hypot(dx, dz))
-    return nearest
+            s = -(x0 * dx + z0 * dz) / (dx * dx + dz * dz)
+            candidates.append((x0 + s * dx, z0 + s * dz))
+    return min(candidates, key=lambda point: math.hypot(*point))
 
 
-def _slide(scene: Inputs, farthest: float) -> float | None:
-    """The way along x [µm] down to the first place where the cell touches on both sides; None if it is not needed."""
-    if scene.mirrors or scene.cell.geometry == "3d" or scene.cell.inertia or not scene.has_weight:
+def _slide(scene: Inputs, farthest: float) -> Place | None:
+    """The way [µm] down to the first place where the cell touches on all sides; None if it needs none or finds none."""
+    held = len(scene.mirrors) == len(scene.centre_um)
+    if held or scene.cell.inertia or not scene.has_weight:
         return None
-    (x,) = scene.centre_um
-    slope = slope_at(scene, tuple(touch for _, touch in _first(scene, (x,))))
+    slope = slope_at(scene, tuple(touch for _, touch in _first(scene, scene.centre_um)))
     if slope == 0.0:
         return None
+    return _down(scene, farthest) if scene.cell.geometry == "3d" else _along(scene, slope, farthest)
+
+
+def _along(scene: Inputs, slope: float, farthest: float) -> Place | None:
+    """`_slide` in a plane, where the way down is a line."""
+    (x,) = scene.centre_um
     sign = 1.0 if slope > 0 else -1.0
 
     def still_slides(way: float) -> bool:
@@ -141,7 +151,35 @@ def _slide(scene: Inputs, farthest: float) -> float | None:
     there = here + step
     while here < (middle := 0.5 * (here + there)) < there:
         here, there = (middle, there) if still_slides(middle) else (here, middle)
-    return sign * there if len(_first(scene, (x + sign * there,))) > 1 else None
+    return (sign * there,) if len(_first(scene, (x + sign * there,))) > 1 else None
+
+
+def _down(scene: Inputs, farthest: float) -> Place | None:
+    """`_slide` in space: steepest descent of the level of first touch, the highest of the obstacles' levels.
+
+    Where several of them are about as high the way leads between them: it is opposite to the shortest vector in the
+    convex hull of their slopes. Steps are halved where they lead up.
+    """
+    radius, start = scene.radius_um, scene.centre_um
+    place, step, touches = start, FIRST_STEP * radius, _touches(scene, start)
+    while step > LAST_STEP * radius:
+        level = max(found for found, _ in touches)
+        near = [touch.normal for found, touch in touches if found >= level - ACTIVE * step]
+        slopes = _with_images(scene, [(-n[0] / n[1], -n[2] / n[1]) for n in near])
+        slope = _nearest(slopes)
+        steepness = math.hypot(*slope)
+        if steepness > 0.0:
+            there = tuple(at - step * part / steepness for at, part in zip(place, slope, strict=True))
+            below = _touches(scene, there)
+            if not below or math.dist(there, start) > farthest:
+                return None
+            if max(found for found, _ in below) < level:
+                place, touches = there, below
+                continue
+        step /= 2
+    if slope_at(scene, tuple(touch for _, touch in _first(scene, place))) > STEEP:
+        return None
+    return tuple(at - before for at, before in zip(place, start, strict=True))
 
 
 def _first(scene: Inputs, place: Place) -> tuple[tuple[float, Touch], ...]:

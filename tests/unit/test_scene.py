@@ -482,7 +482,7 @@ def test_cell_over_nothing_is_refused_unless_it_has_no_weight_or_may_fall():
 
 def test_placement_of_table_1_just_touches_the_pillar():
     place = placement(Scene())
-    assert place == ((0.0, 9.5), (((0.0, -0.5), 0, (0.0, 1.0)),), 0.0)
+    assert place == ((0.0, 9.5), (((0.0, -0.5), 0, (0.0, 1.0)),), (0.0,))
 
 
 def test_placement_gap_lifts_the_cell_and_leaves_the_touch():
@@ -491,9 +491,9 @@ def test_placement_gap_lifts_the_cell_and_leaves_the_touch():
 
 
 def test_placement_on_the_flat_and_over_nothing():
-    assert placement(scene_of("pillar = []")) == ((0.0, 0.0), (((0.0, -10.0), "flat", (0.0, 1.0)),), 0.0)
+    assert placement(scene_of("pillar = []")) == ((0.0, 0.0), (((0.0, -10.0), "flat", (0.0, 1.0)),), (0.0,))
     nothing = scene_of("pillar = []\nflat = false\nload.factor = 0\ncell.gap_um = 1.5")
-    assert placement(nothing) == ((0.0, 11.5), (), 0.0)
+    assert placement(nothing) == ((0.0, 11.5), (), (0.0,))
 
 
 @pytest.mark.parametrize("offset", [0.0, 1e-9, 3.0, -7.5, 14.9, -19.999])
@@ -516,7 +516,9 @@ PLACED = {
     "sharp exponent": 'cell = {shape = "full", centre_x_um = 14}\n[[pillar]]\nexponent = 50',
     "off Table 1's edge": 'cell = {shape = "full", centre_x_um = 13}',
     "grazing": 'flat = false\ncell = {shape = "full", centre_x_um = 19.99}',
-    "real exponent": 'cell = {shape = "full", centre_x_um = 8}\n[[pillar]]\nexponent = 2.7\nhalf_width_um = 3',
+    "real exponent": """load.factor = 0
+cell = {shape = "full", centre_x_um = 8}
+pillar = [{exponent = 2.7, half_width_um = 3}]""",
     "large cell, small pillar": "layer.membrane.outer_radius_um = 500\n[[pillar]]\nhalf_width_um = 0.5\nx_um = 40",
 }
 
@@ -667,12 +669,13 @@ def test_cell_beside_a_second_pillar_starts_where_it_touches_both(scene):
     assert {touch.obstacle for touch in start.touch} == {0, 1}
     assert start.touch[0].normal[0] * start.touch[1].normal[0] < 0
     assert overlaps(scene, start) == ()
-    assert start.centre[0] == scene.cell.centre_x_um + start.slide_um and abs(start.slide_um) < 1.0
+    assert start.centre[0] == scene.cell.centre_x_um + start.slide_um[0] and abs(start.slide_um[0]) < 1.0
 
 
-def test_cell_that_would_slide_far_or_falls_stays_where_it_was_put():
-    far = twins(centre_x_um=3.0)
-    assert placement(far).centre[0] == 3.0 and placement(far).slide_um == 0.0
-    assert rest_beside(far) == pytest.approx(-3.0, abs=1e-7)
-    assert placement(twins(right={"height_um": 9.499}, inertia=True)).slide_um == 0.0
-    assert placement(twins()).slide_um == 0.0
+def test_cell_slides_into_a_valley_within_half_its_radius_unless_it_falls():
+    assert placement(twins(centre_x_um=3.0)).slide_um == pytest.approx((-3.0,), abs=1e-7)
+    far = twins(centre_x_um=6.5)
+    assert placement(far).centre[0] == 6.5 and placement(far).slide_um == (0.0,)
+    assert rest_beside(far) == pytest.approx((-6.5,), abs=1e-7)
+    assert placement(twins(right={"height_um": 9.499}, inertia=True)).slide_um == (0.0,)
+    assert placement(twins()).slide_um == (0.0,)

@@ -10,7 +10,7 @@ from cellmech.errors import InputError
 from cellmech.mechanics.obstacles import Pillar
 from cellmech.mechanics.pillars import RoundPillar, SquarePillar
 from cellmech.scene.files import read_scene, scene_hash, scene_to_toml
-from cellmech.scene.placement import overlaps, placement, rest_beside, slope_at
+from cellmech.scene.placement import _first, overlaps, placement, rest_beside, slope_at
 from cellmech.scene.scene import Scene
 from cellmech.scene.studies import load_study
 from cellmech.scene.substrate import facing, standing
@@ -365,7 +365,9 @@ def test_symmetric_pillars_are_touched_at_the_same_level_to_the_last_bit():
 
 def test_lattice_turned_by_a_quarter_places_the_ball_alike():
     one, other = (
-        placement(scene_of(FULL + f'[array]\nprofile = "square"\npitch_um = 8\noffset_um = [{a}, {b}]'))
+        placement(
+            scene_of(FULL + f'load.factor = 0\n[array]\nprofile = "square"\npitch_um = 8\noffset_um = [{a}, {b}]')
+        )
         for a, b in ((1.5, -0.5), (0.5, 1.5))
     )
     x, y, z = one.touch[0].at
@@ -389,9 +391,33 @@ def test_lattice_turned_by_a_quarter_places_the_ball_alike():
 )
 def test_ball_rests_where_weights_of_its_touches_balance(text, rests):
     scene = scene_of(text)
-    touch = placement(scene).touch
-    assert (slope_at(scene, touch) < 1e-12) == rests
-    assert rest_beside(scene) is None
+    touch = tuple(found for _, found in _first(scene, scene.centre_um))
+    assert (slope_at(scene, touch) < 1e-12) == rests == (rest_beside(scene) is None)
+
+
+@pytest.mark.parametrize(
+    ("aside", "taller"), [((0.7, 0.4), 0.0), ((2.0, -1.0), 0.0), ((0.5, 0.2), 0.3), ((0.0, 0.01), 0.0)]
+)
+def test_ball_aside_starts_in_the_hollow_between_four_pillars(aside, taller):
+    """It touches on all sides there; a taller pillar pushes it off the middle."""
+    text = FULL.replace('shape = "full"', f'shape = "full", centre_x_um = {aside[0]}, centre_z_um = {aside[1]}')
+    assert text != FULL
+    heights = [5.0 + taller, 5.0, 5.0, 5.0]
+    places = [(-5, -5), (5, -5), (-5, 5), (5, 5)]
+    scene = scene_of(
+        text + "".join(pillar(x_um=x, z_um=z, height_um=h) for (x, z), h in zip(places, heights, strict=True))
+    )
+    start = placement(scene)
+    assert len(start.touch) >= 3 and slope_at(scene, start.touch) < 1e-9 and overlaps(scene, start) == ()
+    x, _, z = start.centre
+    assert (x, z) == pytest.approx((aside[0] + start.slide_um[0], aside[1] + start.slide_um[1]), abs=1e-12)
+    assert (math.hypot(x, z) < 1e-8) == (taller == 0.0)
+
+
+def test_ball_on_the_mirror_slides_along_it():
+    text = 'cell = {geometry = "3d", shape = "half", centre_z_um = 0.5}\n'
+    scene = scene_of(text + pillar(x_um=4, z_um=-4) + pillar(x_um=4, z_um=4))
+    assert placement(scene).slide_um == pytest.approx((0.0, -0.5), abs=1e-8)
 
 
 def test_slope_of_one_touch_is_its_tilt_and_of_two_that_of_the_way_between():
