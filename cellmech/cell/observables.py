@@ -29,7 +29,6 @@ from cellmech.cell.samples import (
     merge,
 )
 from cellmech.cell.shape import nucleus_shape
-from cellmech.errors import MeshError
 from cellmech.fem.boundary import boundary
 from cellmech.fem.outline import Outline
 from cellmech.fem.subdivision import lattice, lattice_pieces
@@ -72,6 +71,7 @@ class Layout:
         regions: reported regions by name.
         groups: names of the cell groups a region consists of, for the regions that are meshed apart.
         pillars: obstacles whose distance from the lamina is reported.
+        shaped: whether the nucleus is no circle or ball, and its size the mesh's.
         lift_um: how far the cell was moved to first touch [µm].
         slide_um: how far it was moved along x, and in space along z, to where it rests [µm].
     """
@@ -82,6 +82,7 @@ class Layout:
     regions: Mapping[str, Ring]
     groups: Mapping[str, tuple[str, ...]]
     pillars: tuple[Upright, ...]
+    shaped: bool = False
     lift_um: float = 0.0
     slide_um: tuple[float, ...] = (0.0,)
 
@@ -151,18 +152,11 @@ class Observer:
         return np.broadcast_to(within == (ring.outer_um <= nucleus_um), r.shape)
 
     def _position(self, outline: Outline, sign: float) -> np.ndarray:
-        """Deformed position of the nucleus outline's bottom (-1) or top (1) point on the axis [µm]. Collective.
-
-        Raises:
-            MeshError: the mesh has no node there.
-        """
-        radius, u = self.layout.regions["nucleus"].outer_um, self.run.state.u
-        target = np.add(self.layout.centre, (0.0, sign * radius))
-        hit = np.linalg.norm(outline.reference - target, axis=-1) < 1e-6 * radius
-        found = [p for part in self.comm.allgather(outline.nodes(u)[hit][:1]) for p in part]
-        if not found:
-            raise MeshError("the nucleus outline has no node on the cell's axis")
-        return np.asarray(found[0])
+        """Deformed position of the lowest (-1) or highest (1) point of the undeformed outline [µm]. Collective."""
+        reference, nodes = outline.reference.reshape(-1, 2), outline.nodes(self.run.state.u).reshape(-1, 2)
+        k = int(np.argmax(sign * reference[:, 1])) if len(reference) else None
+        mine = (-np.inf, np.zeros(2)) if k is None else (sign * float(reference[k, 1]), nodes[k])
+        return max(self.comm.allgather(mine), key=lambda found: found[0])[1]
 
     def observe(self, t_s: float) -> dict[str, Any]:
         """Evaluate everything after an accepted step (before history moves); nested as in result.json. Collective."""
@@ -233,6 +227,8 @@ class Observer:
         nucleus, cell = self.table["nucleus"], self.table["cell"]
         regions, copies = self.layout.regions, self.layout.copies
         inner, outer = (regions[name].size(self.kinematics) / copies for name in ("nucleus", "cell"))
+        if self.layout.shaped:
+            inner = float(nucleus[SIZE])
         share, peak, integral = {}, {}, {}
         for k, name in enumerate(QUANTITIES):
             if name not in STRAINS:

@@ -250,6 +250,7 @@ class Setup(Placed):
             regions=regions,
             groups=groups,
             pillars=tuple(o for o in self.obstacles.values() if isinstance(o, Upright)),
+            shaped=scene.nucleus is not None,
             lift_um=self.lift_um,
             slide_um=self.place.slide_um,
         )

@@ -110,11 +110,22 @@ def build_domain(spec: DiscSpec | BallSpec, comm: MPI.Comm) -> Domain:
 
         if comm.rank > 0:
             stack.enter_context(store.without_gmsh())
-        return from_gmsh(_from_root(comm, model, send=False), comm)
+        return from_gmsh(_from_root(comm, model, send=False), comm, _mover(spec))
 
 
-def from_gmsh(model: Any, comm: MPI.Comm) -> Domain:
+def _mover(spec: DiscSpec | BallSpec) -> Callable[[np.ndarray], np.ndarray] | None:
+    """What moves a mesh's nodes to where they are in a cell whose nucleus is no circle, shape (n, d) [µm]."""
+    shape, centre = spec.nucleus, np.array(spec.centre)
+    return None if shape is None else lambda x: centre + shape.moved(x - centre)
+
+
+def from_gmsh(model: Any, comm: MPI.Comm, move: Callable[[np.ndarray], np.ndarray] | None = None) -> Domain:
     """Distribute the Gmsh model of rank 0; the other ranks pass None (collective).
+
+    Args:
+        model: of Gmsh.
+        comm: the ranks.
+        move: gives the nodes' places from those in the model [µm], shape (n, d).
 
     Raises:
         MeshError: on every rank, if a group has no name or an element has a Jacobian that is not positive.
@@ -123,6 +134,8 @@ def from_gmsh(model: Any, comm: MPI.Comm) -> Domain:
     cells, facets = _from_root(comm, lambda: (_groups(model, dim, dim), _groups(model, dim - 1, dim)))
     with interrupt_kept():
         mesh, cell_tags, facet_tags = fenicsx.model_to_mesh(model, comm, dim)
+    if move is not None:
+        mesh.geometry.x[:, :dim] = move(mesh.geometry.x[:, :dim])
     check_elements(mesh)
     quality = mesh_quality(mesh)
     for name, number in cells.items():

@@ -13,6 +13,7 @@ import numpy as np
 from mpi4py import MPI
 
 from cellmech.cell.observables import Observer, point_fields
+from cellmech.fem.domain import whole
 from cellmech.results.records import CaseFolder
 
 VTK_KINDS = {(2, 3): 5, (2, 6): 22, (3, 4): 10, (3, 10): 24}  # by dimension and points of a piece
@@ -54,7 +55,12 @@ def write_fields(
 
 
 def _layers(observer: Observer, nodes: np.ndarray) -> np.ndarray:
-    """By the mean radius of a piece's points: the centroid of a long curved one lies below its own layer."""
+    """By its element's group; of smeared layers by its points' mean radius: the centroid of a long one lies below."""
+    groups = {number: LAYER_CODES.get(whole(name)) for name, number in observer.run.body.domain.cells.items()}
+    if None not in groups.values():
+        codes = np.array([groups.get(number, 0) for number in range(max(groups) + 1)], dtype=np.int32)
+        elements = observer.samples.groups
+        return np.repeat(codes[elements], len(nodes) // max(len(elements), 1))
     r = np.linalg.norm(nodes - np.array(observer.layout.centre), axis=-1).mean(axis=1)
     codes = np.full(len(r), LAYER_CODES["membrane"], dtype=np.int32)
     for name in ("cytosol", "lamina", "nucleoplasm"):

@@ -13,6 +13,7 @@ from pydantic_core import ErrorDetails
 
 from cellmech.errors import InputError
 from cellmech.scene.keys import brief, check_tables, unknown
+from cellmech.scene.outline_points import with_points
 from cellmech.scene.parts import LAYER_NAMES, Medium
 from cellmech.scene.scene import Scene
 
@@ -29,7 +30,7 @@ def read_scene(data: Mapping[str, Any], where: str) -> Scene:
     """
     check_tables(data, where)
     try:
-        return Scene.model_validate(data)
+        return Scene.model_validate(with_points(data, where))
     except ValidationError as error:
         details = error.errors(include_url=False)
         misspelt = [detail for detail in details if detail["type"] == "extra_forbidden"]

@@ -54,7 +54,7 @@ class Inputs(Table):
     """For people: heads tables and figures."""
     cell: Cell = Cell()
     nucleus: Nucleus | None = None
-    """The nucleus's radius; its layers' radii otherwise."""
+    """Where it is no circle or ball about the cell's centre; none if left out."""
     layer: Layers = Layers()
     pillar: tuple[Pillar, ...] = (Pillar(),)
     """One table a pillar, Table 1's if there is none; `pillar = []` for no pillar. A half cell mirrors them."""
@@ -160,6 +160,12 @@ class Inputs(Table):
     def adheres(self) -> bool:
         """True if adhesion holds the cell to what it touches."""
         return self.adhesion is not None and self.adhesion.work_uJ_m2 > 0
+
+    @property
+    def nucleus_offset_um(self) -> tuple[float, ...]:
+        """Centre of the nucleus less the cell's [µm], along x and y, in 3-D along z too."""
+        written = self.nucleus.centre_um if self.nucleus is not None else None
+        return written or (0.0,) * (3 if self.cell.geometry == "3d" else 2)
 
     @property
     def drivers(self) -> tuple[tuple[str, Adhesion | Actin], ...]:

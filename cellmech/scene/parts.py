@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self, TypeAlias, get_args
 from pydantic import BaseModel, ConfigDict, model_validator
 
 from cellmech.mechanics.laws import LAWS
-from cellmech.scene.value_types import Choice, Constants, Flag, Number, Pair, Whole
+from cellmech.scene.outline_points import centred
+from cellmech.scene.value_types import Choice, Constants, Flag, Line, Number, Pair, Whole
 
 if TYPE_CHECKING:
     Law: TypeAlias = str
@@ -30,7 +31,8 @@ IN_SPACE: dict[int, dict[str, float]] = {
 }
 DEFAULT_PULL_PA = 100.0  # of actin
 Length = Annotated[float, Number("µm", above=0, most=LARGEST_UM)]
-Position = Annotated[float, Number("µm", least=-LARGEST_UM, most=LARGEST_UM)]
+PLACE = Number("µm", least=-LARGEST_UM, most=LARGEST_UM)
+Position = Annotated[float, PLACE]
 Density = Annotated[float, Number("kg/m3", least=0, most=1e6)]
 Modulus = Annotated[float, Number("Pa", above=0, most=1e12)]
 Viscosity = Annotated[float, Number("Pa s", least=0, most=1e15)]
@@ -100,10 +102,24 @@ class Cell(Table):
 
 
 class Nucleus(Table):
-    """The nucleus as a whole."""
+    """The nucleus as a whole, where it is no circle or ball of the lamina's radius about the cell's centre."""
 
     radius_um: Length | None = None
     """Radius, instead of layer.lamina.outer_radius_um; the lamina keeps its thickness."""
+    centre_um: tuple[Position, ...] | None = None
+    """Of the nucleus beside the cell's centre: along x and y, in 3-D along z too."""
+    aspect: Annotated[float, Number("(no unit)", least=0.2, most=5)] = 1.0
+    """Height over width of an ellipse of the circle's area; of a ball, of an ellipsoid round about y of its volume."""
+    outline_csv: Annotated[str, Line()] | None = None
+    """File of a measured outline's points, x and y in µm, in the scene file's folder; centred on its centroid."""
+    outline_um: tuple[Annotated[tuple[float, float], Pair(PLACE, "x and y")], ...] | None = None
+    """Such points themselves, as scene.toml has them, about their centroid."""
+
+    @model_validator(mode="after")
+    def _about_its_centroid(self) -> Self:
+        if self.outline_um is not None:
+            object.__setattr__(self, "outline_um", centred(self.outline_um))
+        return self
 
 
 class Layer(Table):

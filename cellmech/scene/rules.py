@@ -12,6 +12,7 @@ from cellmech.scene.driver_rules import of_drivers
 from cellmech.scene.geometry_rules import of_geometry
 from cellmech.scene.inputs import Inputs
 from cellmech.scene.limits import below, told
+from cellmech.scene.nucleus_rules import of_nucleus
 from cellmech.scene.parts import LAYER_NAMES
 from cellmech.scene.placement import overlaps, placement
 from cellmech.scene.sizes import of_sizes
@@ -29,6 +30,7 @@ def breaches(scene: Inputs) -> Iterator[Breach]:
     yield from of_geometry(scene)
     yield from of_sizes(scene)
     yield from _radii(scene)
+    yield from of_nucleus(scene)
     yield from _constants(scene)
     yield from _smearing(scene)
     yield from _load(scene)

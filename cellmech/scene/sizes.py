@@ -7,6 +7,7 @@ from typing import Any
 
 from cellmech.scene.breach import Breach
 from cellmech.scene.inputs import Inputs
+from cellmech.scene.parts import Nucleus
 
 SHELLS = (("cell", "membrane", "cytosol"), ("nucleus", "lamina", "nucleoplasm"))  # a body, its shell, what is inside
 
@@ -32,8 +33,14 @@ def outer_radii(scene: Inputs) -> dict[str, Any]:
             layers[inside] = inner.model_copy(update={"outer_radius_um": within})
     if not layers:
         return {}
-    cell = scene.cell.model_copy(update={"radius_um": None})
-    return {"layer": scene.layer.model_copy(update=layers), "cell": cell, "nucleus": None}
+    found: dict[str, Any] = {
+        "layer": scene.layer.model_copy(update=layers),
+        "cell": scene.cell.model_copy(update={"radius_um": None}),
+    }
+    if scene.nucleus is not None:
+        left = scene.nucleus.model_copy(update={"radius_um": None})
+        found["nucleus"] = None if left == Nucleus() else left
+    return found
 
 
 def of_sizes(scene: Inputs) -> Iterator[Breach]:
@@ -53,6 +60,12 @@ def of_sizes(scene: Inputs) -> Iterator[Breach]:
         rim = outer.outer_radius_um if radius is None else radius
         if thickness is not None and thickness >= rim:
             yield Breach(f"layer.{shell}.thickness_um", f"must be less than the {body}'s radius, {rim:g} µm", thickness)
+
+
+def semi_axes(radius: float, aspect: float, solid: bool) -> tuple[float, float]:
+    """Across and along y, of an ellipse of a circle's area, or an ellipsoid round about y of a ball's volume [µm]."""
+    wide = radius * aspect ** (-1 / 3 if solid else -1 / 2)
+    return wide, aspect * wide
 
 
 def _radius(scene: Inputs, body: str) -> float | None:

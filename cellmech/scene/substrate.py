@@ -137,9 +137,12 @@ def smallest_shape(scene: Inputs) -> Shape:
     Pillars that are written one by one count with their images at x = 0, as in the plane; an array as it is.
     """
     array = [stand.arch for stand in standing(scene, "full") if isinstance(stand.pillar, str)]
-    if not symmetric(array, "x"):
+    aside = scene.nucleus_offset_um
+    if not symmetric(array, "x") or aside[0] != 0.0:
         return "full"
-    whole = scene.cell.centre_z_um == 0.0 and symmetric((stand.arch for stand in standing(scene, "half")), "z")
+    whole = scene.cell.centre_z_um == 0.0 == aside[-1] and symmetric(
+        (stand.arch for stand in standing(scene, "half")), "z"
+    )
     return "quarter" if whole else "half"
 
 

@@ -1,0 +1,73 @@
+"""A nucleus that is no circle about the cell's centre: where it moves the points of a mesh that has it as one.
+
+The nucleus's outline becomes c + rho(e) e, e the unit vectors from the cell's centre: an ellipse, or in the plane a sum
+of waves around. The lamina keeps its thickness along e, what is inside follows in proportion, and from the outline to
+the membrane the shift fades to nothing. So a mesh of circles serves for every shape, its layers and groups with it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+WAVES = 12  # around an outline that is kept of its points
+AROUND = 720  # samples of a polygon by angle
+
+
+@dataclass(frozen=True)
+class NucleusShape:
+    """A nucleus's shape and place.
+
+    Args:
+        radius_um: of the circle or ball that is meshed [µm].
+        shell_um: thickness of its lamina [µm].
+        free_um: distance from the cell's centre at which nothing moves any more [µm].
+        offset: of its centre from the cell's [µm], as many coordinates as the mesh has.
+        semi_axes_um: of an ellipse, or an ellipsoid round about y, across and along y [µm].
+        waves: of the outline's radius over the angle from x [µm], real and imaginary parts from the mean on; in the
+            plane, instead of an ellipse.
+    """
+
+    radius_um: float
+    shell_um: float
+    free_um: float
+    offset: tuple[float, ...]
+    semi_axes_um: tuple[float, float]
+    waves: tuple[tuple[float, float], ...] = ()
+
+    def reach(self, e: np.ndarray) -> np.ndarray:
+        """rho [µm] in directions e from the nucleus's centre, unit vectors of shape (n, d)."""
+        if self.waves:
+            angle, k = np.arctan2(e[:, 1], e[:, 0])[:, None], np.arange(len(self.waves))
+            real, imaginary = np.array(self.waves).T
+            return np.asarray((real * np.cos(k * angle) - imaginary * np.sin(k * angle)).sum(axis=1))
+        wide, high = self.semi_axes_um
+        return np.asarray(1 / np.sqrt((1.0 - e[:, 1] ** 2) / wide**2 + e[:, 1] ** 2 / high**2))
+
+    def moved(self, x: np.ndarray) -> np.ndarray:
+        """Where points at x in the mesh of circles lie in the cell, from its centre [µm], shape (n, d) both."""
+        r = np.linalg.norm(x, axis=1)
+        up = np.zeros_like(x)
+        up[:, 1] = 1.0
+        e = np.divide(x, r[:, None], out=up, where=r[:, None] > 0)
+        rho, inner = self.reach(e), self.radius_um - self.shell_um
+        scaled = np.where(r < inner, (rho - self.shell_um) * r / inner, rho - self.radius_um + r)
+        within = np.array(self.offset) + scaled[:, None] * e
+        fades = np.clip((self.free_um - r) / (self.free_um - self.radius_um), 0.0, 1.0)[:, None]
+        beyond = x + fades * (np.array(self.offset) + (rho - self.radius_um)[:, None] * e)
+        return np.where((r <= self.radius_um)[:, None], within, beyond)
+
+
+def waves_of(points: Sequence[Sequence[float]]) -> tuple[tuple[float, float], ...]:
+    """The first waves of a polygon's radius over the angle [µm], about (0, 0), from which each ray meets it once."""
+    ends = np.array(points, dtype=float)
+    steps = np.arange(8)[:, None] / 8
+    dense = np.concatenate([a + steps * (b - a) for a, b in zip(ends, np.roll(ends, -1, axis=0), strict=True)])
+    angle, radius = np.unwrap(np.arctan2(dense[:, 1], dense[:, 0])), np.linalg.norm(dense, axis=1)
+    at = angle[0] + 2 * np.pi * np.arange(AROUND) / AROUND
+    around = np.interp(at, np.append(angle, angle[0] + 2 * np.pi), np.append(radius, radius[0]))
+    found = np.fft.rfft(around) / AROUND * np.exp(-1j * np.arange(AROUND // 2 + 1) * angle[0])
+    found[1:] *= 2
+    return tuple((float(w.real), float(w.imag)) for w in found[: WAVES + 1])

@@ -1,0 +1,71 @@
+"""The rules of a nucleus that is no circle or ball about the cell's centre."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from cellmech.scene.breach import Breach
+from cellmech.scene.inputs import Inputs
+from cellmech.scene.limits import told
+from cellmech.scene.outline_points import Points, turns_once
+from cellmech.scene.parts import Nucleus
+from cellmech.scene.sizes import semi_axes
+
+NAMES = {"plane": "x and y", "axisymmetric": "x and y", "3d": "x, y and z"}
+FEWEST = 8  # points of an outline
+ROOM = 0.03  # of the cell's radius: least width of the cytosol beside a nucleus
+AROUND = 360  # looks at an ellipse
+
+
+def of_nucleus(scene: Inputs) -> Iterator[Breach]:
+    """Places and shapes that the geometry has no room for, and that its planes of symmetry do not halve."""
+    nucleus, cell = scene.nucleus, scene.cell
+    if nucleus is None:
+        return
+    if nucleus.centre_um is not None and len(nucleus.centre_um) != (3 if cell.geometry == "3d" else 2):
+        yield Breach("nucleus.centre_um", f"must be {NAMES[cell.geometry]} (µm)", list(nucleus.centre_um))
+        return
+    offset = scene.nucleus_offset_um
+    for axis, at in (("x", offset[0]), ("z", offset[-1] if len(offset) == 3 else 0.0)):
+        if at != 0.0 and axis in scene.mirrors:
+            shown = (
+                "the body is turned about x = 0" if cell.geometry == "axisymmetric" else f"{axis} = 0 mirrors the cell"
+            )
+            hint = "" if cell.geometry == "axisymmetric" else 'Set cell.shape = "full".'
+            yield Breach("nucleus.centre_um", f"must be 0 µm along {axis}, as {shown}", list(offset), hint)
+    if cell.layers == "smeared":
+        hint = 'Set cell.layers = "conforming".'
+        yield Breach("nucleus", 'belongs to cell.layers = "conforming": fades are circles', "[nucleus]", hint)
+    if nucleus.outline_um is not None:
+        yield from _outline(scene, nucleus, nucleus.outline_um)
+    free = scene.outer_radius_um("cytosol") - ROOM * scene.radius_um
+    if (farthest := _farthest_um(scene)) > free:
+        rule = f"must leave the nucleus within {told(free)} µm of the cell's centre, inside the cytosol"
+        yield Breach("nucleus", rule, f"{farthest:.4g} µm", f"nucleus.radius_um is {told(scene.nucleus_radius_um)} µm.")
+
+
+def _outline(scene: Inputs, nucleus: Nucleus, points: Points) -> Iterator[Breach]:
+    key, cell = "nucleus.outline_um", scene.cell
+    if nucleus.aspect != 1.0:
+        yield Breach("nucleus.aspect", "must not stand beside an outline", nucleus.aspect, "Write one of the two.")
+    if cell.geometry != "plane" or cell.shape != "full":
+        rule = 'belongs to a full cell in the plane (cell.geometry = "plane", cell.shape = "full")'
+        yield Breach(key, rule, f"{cell.shape}, {cell.geometry}", "Elsewhere set nucleus.aspect and nucleus.centre_um.")
+    if len(points) < FEWEST:
+        yield Breach(key, f"must hold {FEWEST} points or more", f"{len(points)} points")
+    elif not turns_once(points):
+        rule = "must be points in order around an outline that each ray from its centroid meets once"
+        yield Breach(key, rule, f"{len(points)} points")
+
+
+def _farthest_um(scene: Inputs) -> float:
+    """Largest distance of the nucleus's outline from the cell's centre [µm]."""
+    nucleus, offset = scene.nucleus, scene.nucleus_offset_um
+    assert nucleus is not None
+    aside, up = math.hypot(offset[0], *offset[2:]), offset[1]
+    if nucleus.outline_um is not None:
+        return max(math.hypot(x + offset[0], y + up) for x, y in nucleus.outline_um)
+    wide, high = semi_axes(scene.nucleus_radius_um, nucleus.aspect, scene.cell.geometry != "plane")
+    angles = (2 * math.pi * k / AROUND for k in range(AROUND))
+    return max(math.hypot(aside + wide * math.cos(a), up + high * math.sin(a)) for a in angles)

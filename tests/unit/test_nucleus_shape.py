@@ -1,0 +1,134 @@
+"""Nuclei that are no circles about the cell's centre: where they lie, in all geometries, and outlines from a file."""
+
+import tomllib
+
+import numpy as np
+import pytest
+
+import cellmech
+from cellmech.errors import InputError
+from cellmech.mesh.nucleus_shape import NucleusShape, waves_of
+from cellmech.scene.files import read_scene, scene_to_toml
+
+COARSE = {"mesh": {"size_um": 6.0}, "time": {"history": False}, "load": {"factor": 1e-6}}
+
+
+def bean(n=180):
+    """Points of a bean, in a picture's own coordinates."""
+    angle = 2 * np.pi * np.arange(n) / n
+    r = 4.5 + 0.8 * np.cos(2 * angle + 0.3) + 0.4 * np.sin(3 * angle)
+    return np.stack([40 + r * np.cos(angle), 25 + r * np.sin(angle)], axis=1)
+
+
+def area(points):
+    x, y = np.asarray(points).T
+    return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+
+
+def test_mesh_moves_onto_the_outline_and_stays_beyond_the_cytosol():
+    shape = NucleusShape(5.0, 0.1, 9.5, (1.0, 0.5), (6.0, 4.0))
+    angle = np.linspace(0, 2 * np.pi, 50)
+    e = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    outline = shape.moved(5 * e) - [1.0, 0.5]
+    np.testing.assert_allclose(np.linalg.norm(outline / [6.0, 4.0], axis=1), 1.0, rtol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(shape.moved(4.9 * e) - shape.moved(5 * e), axis=1), 0.1, rtol=1e-12)
+    np.testing.assert_allclose(shape.moved(9.5 * e), 9.5 * e, atol=1e-14)
+    np.testing.assert_allclose(shape.moved(5.0000001 * e), shape.moved(5 * e), atol=1e-6)
+    np.testing.assert_allclose(shape.moved(np.zeros((1, 2))), [[1.0, 0.5]])
+
+
+@pytest.mark.parametrize(
+    ("geometry", "shape"), [("plane", "half"), ("plane", "full"), ("axisymmetric", "half")], ids=str
+)
+def test_ellipse_keeps_its_area_or_volume(geometry, shape):
+    scene = {"title": "ellipse", "cell": {"geometry": geometry, "shape": shape}, "nucleus": {"aspect": 0.7}, **COARSE}
+    found = cellmech.solve(scene).result
+    nucleus = found["nucleus_shape"]
+    assert nucleus["aspect"] == pytest.approx(0.7, rel=1e-3)
+    if geometry == "plane":
+        assert nucleus["area_um2"] == pytest.approx(25 * np.pi, rel=1e-3)
+        assert found["nucleus"]["area_um2"] == pytest.approx(25 * np.pi, rel=1e-3)
+    else:
+        assert nucleus["volume_um3"] == pytest.approx(500 / 3 * np.pi, rel=1e-3)
+
+
+def test_nucleus_aside_is_where_it_was_put():
+    scene = {"title": "aside", "cell": {"shape": "full"}, "nucleus": {"centre_um": [1.5, -2.0]}, **COARSE}
+    result = cellmech.solve(scene)
+    cell = result.outline("cell", "reference")
+    centre = np.array(result.result["nucleus_shape"]["centroid_um"]) - (cell.min(axis=0) + cell.max(axis=0)) / 2
+    assert centre == pytest.approx([1.5, -2.0], abs=0.02)
+    assert set(np.asarray(result.fields().cell_data["layer"])) == {0, 1, 2, 3}
+
+
+def test_ball_may_have_an_ellipsoid_aside():
+    cell = {"geometry": "3d", "shape": "half"}
+    tables = {"nucleus": {"aspect": 0.8, "centre_um": [0.0, 0.5, 1.0]}, "mesh": {"size_um": 9.0, "order": 2}}
+    result = cellmech.solve({**COARSE, "title": "ball", "cell": cell, **tables})
+    shape = result.result["nucleus_shape"]
+    assert shape["volume_um3"] == pytest.approx(500 / 3 * np.pi, rel=2e-3)
+    assert shape["aspect"] == pytest.approx(0.8, rel=2e-3) and shape["width_um"] == pytest.approx(
+        shape["depth_um"], rel=2e-3
+    )
+    assert shape["centroid_um"][2] == pytest.approx(1.0, abs=2e-3)
+
+
+def test_outline_of_a_file_is_the_nucleus(tmp_path):
+    points = bean()
+    rows = "\n".join(f"{x:.5f},{y:.5f}" for x, y in points[::-1])
+    (tmp_path / "nucleus.csv").write_text(f"x_um,y_um\n{rows}\n")
+    (tmp_path / "scene.toml").write_text(
+        'cell.shape = "full"\nmesh.size_um = 6.0\ntime.history = false\nload.factor = 1e-6\n'
+        '[nucleus]\noutline_csv = "nucleus.csv"\n'
+    )
+    result = cellmech.solve(tmp_path / "scene.toml", tmp_path / "out")
+    shape = result.result["nucleus_shape"]
+    perimeter = np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1).sum()
+    assert shape["area_um2"] == pytest.approx(area(points), rel=2e-3)
+    assert shape["perimeter_um"] == pytest.approx(perimeter, rel=2e-3)
+    again = read_scene(tomllib.loads((tmp_path / "out" / "scene.toml").read_text()), "elsewhere")
+    assert again == result.scene and read_scene(tomllib.loads(scene_to_toml(again)), "again") == again
+
+
+def test_waves_are_those_of_a_polygon():
+    angle = 2 * np.pi * np.arange(90) / 90
+    r = 4.0 + 0.5 * np.cos(2 * angle) - 0.3 * np.sin(3 * angle)
+    waves = waves_of(np.stack([r * np.cos(angle), r * np.sin(angle)], axis=1))
+    assert waves[0][0] == pytest.approx(4.0, abs=0.01)
+    assert waves[2] == pytest.approx((0.5, 0.0), abs=0.01) and waves[3] == pytest.approx((0.0, 0.3), abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("tables", "key", "told"),
+    [
+        ({"nucleus": {"centre_um": [1.0, 0.0]}}, "nucleus.centre_um", "must be 0 µm along x"),
+        ({"nucleus": {"centre_um": [1.0]}}, "nucleus.centre_um", "must be x and y"),
+        ({"nucleus": {"centre_um": [0.0, 4.5]}}, "nucleus", "within 9.2 µm of the cell's centre"),
+        ({"nucleus": {"aspect": 0.2}}, "nucleus", "within 9.2 µm of the cell's centre"),
+        ({"nucleus": {"outline_csv": "none.csv"}}, "nucleus.outline_csv", "there is no such file"),
+        ({"nucleus": {"outline_um": bean().tolist()}}, "nucleus.outline_um", "belongs to a full cell in the plane"),
+        (
+            {
+                "cell": {"shape": "full"},
+                "nucleus": {"outline_um": bean()[np.random.default_rng(0).permutation(180)].tolist()},
+            },
+            "nucleus.outline_um",
+            "each ray from its centroid meets once",
+        ),
+        (
+            {"cell": {"layers": "smeared", "smear_um": 0.2}, "nucleus": {"aspect": 0.9}},
+            "nucleus",
+            "belongs to cell.layers",
+        ),
+    ],
+)
+def test_what_does_not_fit_is_refused(tables, key, told):
+    with pytest.raises(InputError) as caught:
+        read_scene(tables, "test")
+    assert caught.value.key == key and told in caught.value.rule
+
+
+def test_damaged_file_is_named(tmp_path):
+    (tmp_path / "bad.csv").write_text("1,2\n3,four\n")
+    with pytest.raises(InputError, match="line 2 does not"):
+        read_scene({"cell": {"shape": "full"}, "nucleus": {"outline_csv": "bad.csv"}}, str(tmp_path / "scene.toml"))
