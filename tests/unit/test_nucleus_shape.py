@@ -4,8 +4,12 @@ import tomllib
 
 import numpy as np
 import pytest
+from mpi4py import MPI
 
 import cellmech
+from cellmech.cell.description import describe_model
+from cellmech.cell.layering import mesh_plan
+from cellmech.cell.setup import Setup
 from cellmech.errors import InputError
 from cellmech.mesh.nucleus_shape import NucleusShape, waves_of
 from cellmech.scene.files import read_scene, scene_to_toml
@@ -132,3 +136,14 @@ def test_damaged_file_is_named(tmp_path):
     (tmp_path / "bad.csv").write_text("1,2\n3,four\n")
     with pytest.raises(InputError, match="line 2 does not"):
         read_scene({"cell": {"shape": "full"}, "nucleus": {"outline_csv": "bad.csv"}}, str(tmp_path / "scene.toml"))
+
+
+def test_check_says_what_becomes_of_an_outline():
+    scene = read_scene({"cell": {"shape": "full"}, "nucleus": {"outline_um": bean().tolist()}}, "test")
+    told = describe_model(Setup(scene, MPI.COMM_SELF, mesh_plan(scene))).modelled["nucleus"]
+    assert told.startswith(
+        "an outline of 180 points as 12 waves around, its centroid at (0, 0) um: area 64.86 um2 (of the points 64.86)"
+    )
+    ellipse = read_scene({"nucleus": {"aspect": 0.64, "centre_um": [0.0, -1.0]}}, "test")
+    told = describe_model(Setup(ellipse, MPI.COMM_SELF, mesh_plan(ellipse))).modelled["nucleus"]
+    assert told == "12.5 um wide, 8 um high, its centre at (0, -1) um from the cell's"
