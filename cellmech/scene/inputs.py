@@ -164,7 +164,7 @@ class Inputs(Table):
     @property
     def nucleus_offset_um(self) -> tuple[float, ...]:
         """Centre of the nucleus less the cell's [µm], along x and y, in 3-D along z too."""
-        written = self.nucleus.centre_um if self.nucleus is not None else None
+        written = self.nucleus.centre_um if self.nucleus is not None else ()
         return written or (0.0,) * (3 if self.cell.geometry == "3d" else 2)
 
     @property

@@ -23,7 +23,7 @@ def of_nucleus(scene: Inputs) -> Iterator[Breach]:
     nucleus, cell = scene.nucleus, scene.cell
     if nucleus is None:
         return
-    if nucleus.centre_um is not None and len(nucleus.centre_um) != (3 if cell.geometry == "3d" else 2):
+    if nucleus.centre_um and len(nucleus.centre_um) != (3 if cell.geometry == "3d" else 2):
         yield Breach("nucleus.centre_um", f"must be {NAMES[cell.geometry]} (µm)", list(nucleus.centre_um))
         return
     offset = scene.nucleus_offset_um

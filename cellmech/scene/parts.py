@@ -106,7 +106,7 @@ class Nucleus(Table):
 
     radius_um: Length | None = None
     """Radius, instead of layer.lamina.outer_radius_um; the lamina keeps its thickness."""
-    centre_um: tuple[Position, ...] | None = None
+    centre_um: tuple[Position, ...] = ()
     """Of the nucleus beside the cell's centre: along x and y, in 3-D along z too."""
     aspect: Annotated[float, Number("(no unit)", least=0.2, most=5)] = 1.0
     """Height over width of an ellipse of the circle's area; of a ball, of an ellipsoid round about y of its volume."""
