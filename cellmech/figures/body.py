@@ -16,7 +16,7 @@ from cellmech.results.result import read_grid
 from cellmech.scene.placement import placement
 from cellmech.scene.scene import Scene
 
-SUBDIVISIONS = 4  # of a curved element's edge, so that it looks curved
+SUBDIVISIONS = 4
 START, NOW, VALUE = slice(0, 3), slice(3, 6), 6  # what is known of a point: position at the start and now, a field
 EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))  # whose middles follow the corners, in VTK's order
 FACES = ((0, 1, 2, 4, 5, 6), (0, 3, 1, 7, 8, 4), (1, 3, 2, 8, 9, 5), (0, 2, 3, 6, 9, 7))
@@ -81,12 +81,14 @@ class Body:
         layer: code of each element's layer, shape (elements,).
         centre: at the start [µm], shape (3,).
         mirrors: axes along which it is mirrored.
+        pieces: into which a curved element's edge is cut, so that it looks curved.
     """
 
     nodes: np.ndarray
     layer: np.ndarray
     centre: np.ndarray
     mirrors: str
+    pieces: int = SUBDIVISIONS
 
     @property
     def in_space(self) -> bool:
@@ -117,13 +119,13 @@ class Body:
             part: `NOW` for the plane that is flat now, `START` for the one that was flat before the load.
         """
         if not self.in_space:
-            return Patch(*_triangles(self.nodes, self.layer)).whole(self.mirrors)
+            return Patch(*_triangles(self.nodes, self.layer, self.pieces)).whole(self.mirrors)
         index, level = "xyz".index(axis), self.level(axis, part)
         if axis in self.mirrors:
             level += INSIDE * float(np.ptp(self.nodes[..., 1]))
         places = self.nodes[..., part][..., index]
         met = (places.min(axis=1) <= level) & (places.max(axis=1) >= level)
-        points, layer = _tetrahedra(self.nodes[met], self.layer[met])
+        points, layer = _tetrahedra(self.nodes[met], self.layer[met], self.pieces)
         return _slice(points, layer, part, index, level).whole(self.mirrors.replace(axis, ""))
 
     def surface(self, radius_um: float, layer: str) -> Patch:
@@ -132,23 +134,24 @@ class Body:
         faces = self.nodes[mine][:, [face[: 6 if self.nodes.shape[1] == 10 else 3] for face in FACES]]
         gaps = np.abs(np.linalg.norm(faces[..., :3, START] - self.centre, axis=-1) - radius_um)
         there = faces[gaps.max(axis=-1) < ON_A_SPHERE * radius_um]  # corners only: third order's middles are near it
-        corners, layers = _triangles(there, np.full(len(there), list(LAYER_COLOURS).index(layer)))
+        corners, layers = _triangles(there, np.full(len(there), list(LAYER_COLOURS).index(layer)), self.pieces)
         return Patch(_facing(corners, START, corners[:, 0, START] - self.centre), layers)
 
 
-def rim_of(corners: np.ndarray, layer: np.ndarray) -> np.ndarray:
-    """The outline of the nucleus: edges that an odd number of triangles of nucleoplasm and lamina have.
+def rim_of(corners: np.ndarray, layer: np.ndarray, outermost: str = "lamina") -> np.ndarray:
+    """The outline of the nucleus, or of all to another layer: edges that an odd number of these triangles have.
 
     Slivers whose sides are one do not count, as they have both.
 
     Args:
         corners: of triangles [µm], shape (n, 3, d).
         layer: code of each triangle's layer, shape (n,).
+        outermost: layer.
 
     Returns:
         The ends of each edge, shape (m, 2, d).
     """
-    mine = corners[layer <= list(LAYER_COLOURS).index("lamina")]
+    mine = corners[layer <= list(LAYER_COLOURS).index(outermost)]
     ends = np.stack([mine, np.roll(mine, -1, axis=1)], axis=2).reshape(-1, 2, corners.shape[-1])
     places = np.round(ends.reshape(-1, corners.shape[-1]) / (SAME * np.ptp(mine)))
     number = np.unique(places, axis=0, return_inverse=True)[1].reshape(-1, 2)
@@ -156,8 +159,8 @@ def rim_of(corners: np.ndarray, layer: np.ndarray) -> np.ndarray:
     return np.asarray(ends[first[count % 2 == 1]])
 
 
-def read_body(path: Path, scene: Scene, quantity: str | None = None) -> Body:
-    """Read a field file, and a scalar of it.
+def read_body(path: Path, scene: Scene, quantity: str | None = None, pieces: int = SUBDIVISIONS) -> Body:
+    """Read a field file, and a scalar of it; `pieces` as a `Body` has it.
 
     Raises:
         InputError: for a file that is broken or has other content, or for a field that is not there.
@@ -177,7 +180,7 @@ def read_body(path: Path, scene: Scene, quantity: str | None = None) -> Body:
     x, _, *z = placement(scene).centre
     # the level of the centre is the file's own: a cell that falls starts above its first touch
     centre = np.array([x, float(points[:, 1].min()) + scene.radius_um, *(z or [0.0])])
-    return Body(nodes, layer, centre, scene.mirrors)
+    return Body(nodes, layer, centre, scene.mirrors, pieces)
 
 
 def _scalar(grid: Any, path: Path, quantity: str) -> np.ndarray:
@@ -217,20 +220,20 @@ def _lattice(corners: int, n: int) -> tuple[np.ndarray, np.ndarray]:
     return -np.diff(steps, axis=1) / n, np.array(pieces)
 
 
-def _pieces(nodes: np.ndarray, corners: int) -> tuple[np.ndarray, np.ndarray]:
+def _pieces(nodes: np.ndarray, corners: int, cuts: int) -> tuple[np.ndarray, np.ndarray]:
     """What is known at the lattice's points of each element, (elements, points, 7), and the corners of its pieces."""
-    weights, pieces = _lattice(corners, 1 if nodes.shape[1] == corners else SUBDIVISIONS)
+    weights, pieces = _lattice(corners, 1 if nodes.shape[1] == corners else cuts)
     return np.einsum("pk,ekc->epc", _shapes(weights, nodes.shape[1]), nodes), pieces
 
 
-def _triangles(nodes: np.ndarray, layer: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _triangles(nodes: np.ndarray, layer: np.ndarray, cuts: int) -> tuple[np.ndarray, np.ndarray]:
     """Corners of flat triangles of one sense, shape (n, 3, 7), and their layers."""
-    points, pieces = _pieces(nodes, 3)
+    points, pieces = _pieces(nodes, 3, cuts)
     return points[:, pieces].reshape(-1, 3, points.shape[-1]), np.repeat(layer, len(pieces))
 
 
-def _tetrahedra(nodes: np.ndarray, layer: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    points, pieces = _pieces(nodes, 4)
+def _tetrahedra(nodes: np.ndarray, layer: np.ndarray, cuts: int) -> tuple[np.ndarray, np.ndarray]:
+    points, pieces = _pieces(nodes, 4, cuts)
     return points[:, pieces].reshape(-1, 4, points.shape[-1]), np.repeat(layer, len(pieces))
 
 

@@ -110,14 +110,11 @@ def _report(options: argparse.Namespace) -> list[str]:
 
 def _draw(study: StudyResult) -> None:
     """The deformed cell of each case that has fields, into `figures` of the study's folder."""
-    from cellmech.figures.shape_figure import draw_case
-    from cellmech.figures.style import save, styled
+    from cellmech.figures.pictures import draw_pictures
 
-    with styled():
-        for name, case in study.cases.items():
-            if (case.folder / "fields.pvd").is_file():
-                for path in save(draw_case(case), study.folder / "figures", f"shape-{name}"):
-                    say(str(path))
+    names = [name for name, case in study.cases.items() if (case.folder / "fields.pvd").is_file()]
+    for path in draw_pictures(study.folder, dict.fromkeys(names, "")):
+        say(str(path))
 
 
 def write_text(path: Path, text: str) -> None:

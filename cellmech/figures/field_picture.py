@@ -19,11 +19,10 @@ from cellmech.figures.body import START, read_body, rim_of
 from cellmech.figures.film import write_film
 from cellmech.figures.space import scale_of
 from cellmech.figures.style import FADED, SUBSTRATE, field_label
-from cellmech.figures.substrate import behind, magnified, polygons, section_words
+from cellmech.figures.substrate import behind, polygons, section_words
 from cellmech.results.result import Result
-from cellmech.scene.placement import placement
 
-MARGIN = 0.08  # of the cell's diameter, around it
+MARGIN, BELOW = 0.08, 3.0  # of the cell's diameter, around it; of this, below it where the substrate is drawn
 FRAME_MS, LAST_MS = 120, 1500
 
 
@@ -36,7 +35,6 @@ class State:
         points: deformed corners [µm], shape (n, 2).
         triangles: their corners, shape (m, 3).
         values: of the field at the points, shape (n,).
-        centre: of the cell's first outline, moved like its lowest point [µm].
         rim: edges of the nucleus's outline [µm], shape (k, 2, 2).
     """
 
@@ -44,7 +42,6 @@ class State:
     points: np.ndarray
     triangles: np.ndarray
     values: np.ndarray
-    centre: np.ndarray
     rim: np.ndarray
 
 
@@ -61,15 +58,13 @@ def read_state(result: Result, t_s: float, file: Path, quantity: str, magnify: f
     if quantity not in scalars:
         raise InputError(str(file), quantity, f"must be one of {', '.join(scalars)}")
     points, moves, values, triangles, layer = _parts(grid, result, file, quantity)
-    lowest = np.argmin(points[:, 1])
-    pivot, bottom = moves[lowest], points[lowest, 1]
-    centre = np.array([placement(result.scene).centre[0], bottom + result.scene.radius_um]) + pivot
+    pivot = moves[np.argmin(points[:, 1])]
     points = points + pivot + magnify * (moves - pivot)
     if result.scene.cell.shape == "half" and result.scene.cell.geometry != "3d":
         triangles = np.concatenate([triangles, triangles[:, ::-1] + len(points)])
         points, values = np.concatenate([points, points * [-1.0, 1.0]]), np.concatenate([values, values])
         layer = np.tile(layer, 2)
-    return State(t_s, points, triangles, values, centre, rim_of(points[triangles], layer))
+    return State(t_s, points, triangles, values, rim_of(points[triangles], layer))
 
 
 def _parts(grid: Any, result: Result, file: Path, quantity: str) -> tuple[np.ndarray, ...]:
@@ -109,7 +104,7 @@ def draw_field(result: Result, quantity: str, magnify: float = 1.0, axes: Axes |
         InputError: for a field that is not there, or a broken file.
     """
     state = read_state(result, *result.last_fields(), quantity, magnify)
-    return _draw(result, state, quantity, magnify, _view([state]), scale_of(state.values, quantity), axes)
+    return _draw(result, state, quantity, magnify, _view([state], BELOW if magnify == 1 else 1.0), scale_of(state.values, quantity), axes)
 
 
 def make_film(result: Result, path: Path, quantity: str, magnify: float = 1.0) -> int:
@@ -124,18 +119,18 @@ def make_film(result: Result, path: Path, quantity: str, magnify: float = 1.0) -
         hint = "Ask for more with output.times_s, such as studies/movie.toml."
         raise InputError(str(result.folder / "fields.pvd"), "", "must list several times for a film", None, hint)
     states = [read_state(result, *entry, quantity, magnify) for entry in series]
-    view = _view(states)
+    view = _view(states, BELOW if magnify == 1 else 1.0)
     norm = scale_of(np.concatenate([state.values for state in states]), quantity)
     pictures = (_draw(result, state, quantity, magnify, view, norm) for state in states)
     return write_film(pictures, path, FRAME_MS, LAST_MS)
 
 
-def _view(states: list[State]) -> tuple[float, float, float, float]:
-    """x and y limits [µm] that hold the cell in all its states."""
+def _view(states: list[State], below: float) -> tuple[float, float, float, float]:
+    """x and y limits [µm] that hold the cell in all its states, and so many margins below it."""
     low = np.min([state.points.min(axis=0) for state in states], axis=0)
     high = np.max([state.points.max(axis=0) for state in states], axis=0)
     margin = MARGIN * float((high - low).max())
-    return float(low[0]) - margin, float(high[0]) + margin, float(low[1]) - margin, float(high[1]) + margin
+    return float(low[0]) - margin, float(high[0]) + margin, float(low[1]) - below * margin, float(high[1]) + margin
 
 
 def _draw(
@@ -152,16 +147,14 @@ def _draw(
     figure = axes.get_figure()
     assert isinstance(figure, Figure)
     true, scene = magnify == 1, result.scene
-    colour = SUBSTRATE if true else FADED
-    for ground in behind(scene) if true else []:
-        axes.add_collection(PolyCollection(list(ground), facecolor=FADED, edgecolor=FADED, lw=0.8, zorder=-1))
-    for ground in polygons(scene, view) if true else [magnified(scene, state.centre, view, magnify)]:
+    parts = [(ground, FADED) for ground in behind(scene)] + [(ground, SUBSTRATE) for ground in polygons(scene, view)]
+    for ground, colour in parts if true else []:
         axes.add_collection(PolyCollection(list(ground), facecolor=colour, edgecolor=colour, lw=0.8, zorder=0))
     triangulation = Triangulation(*state.points.T, state.triangles)
     axes.add_collection(LineCollection(list(state.rim), color="black", lw=0.8, zorder=2))
     image = axes.tripcolor(triangulation, state.values, shading="gouraud", zorder=1, norm=norm)
     axes.set(xlim=view[:2], ylim=view[2:], aspect="equal", xlabel="x [µm]", ylabel="y [µm]")
-    notes = [section_words(scene), "" if true else f"displacements, and gaps to the substrate, × {magnify:g}"]
+    notes = [section_words(scene), "" if true else f"displacements × {magnify:g}, substrate not drawn"]
     below = ";  ".join(filter(None, notes))
     axes.set_title(f"{result.scene.title or result.name}, t = {state.t_s:,.0f} s" + f"\n{below}" * bool(below))
     figure.colorbar(image, ax=axes, label=field_label(quantity))

@@ -14,14 +14,14 @@ from PIL import Image
 from cellmech.errors import InputError
 from cellmech.figures.body import read_body
 from cellmech.figures.render import probe
-from cellmech.figures.shape_figure import draw_stage, paint_of, write_caption, write_legend
+from cellmech.figures.shape_figure import caption_in, caption_of, draw_stage, paint_of, write_caption, write_legend
 from cellmech.figures.space import AZIMUTH_DEG, Stage
 from cellmech.results.records import PARTIAL
 from cellmech.results.result import Result
 
 ALIKE = 0xF8F8F8  # what two colours share that Pillow may take one for the other
 SAMPLED, EXACT = 6, 64  # pictures from which a film's colours are taken, and how many of these stay as they are
-FILM_DPI, TURNS, TURN_MS = 110, 36, 120  # of a turn: pictures, and how long each is shown
+FILM_IN, FILM_DPI, TURNS, TURN_MS = 6.4, 110, 36, 120  # of a turn: width, resolution, pictures, each shown so long
 
 
 def write_film(figures: Iterable[Figure], path: Path, frame_ms: int, last_ms: int) -> int:
@@ -93,11 +93,13 @@ def make_turntable(case: Result, path: Path, quantity: str | None = None) -> int
     probe()
     paint = paint_of(body, quantity)
     stage = Stage(body, case.scene, paint)
+    title, lines = caption_of(case, t_s, FILM_IN - 0.3)
 
     def seen_from(azimuth_deg: float) -> Figure:
-        figure = Figure(figsize=(6.4, 7.2))
-        draw_stage(figure.add_axes((0.02, 0.08, 0.96, 0.76)), stage, FILM_DPI, azimuth_deg)
-        write_caption(figure, case, t_s)
+        height = 6.05 + caption_in(title, lines)
+        figure = Figure(figsize=(FILM_IN, height), dpi=FILM_DPI)
+        draw_stage(figure.add_axes((0.02, 0.58 / height, 0.96, 5.47 / height)), stage, azimuth_deg)
+        write_caption(figure, title, lines, case)
         write_legend(figure, paint, quantity, sections=False)
         return figure
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -20,6 +20,10 @@ from cellmech.scene.substrate import Upright, standing
 
 ARROW: dict[str, Any] = dict(arrowstyle="<|-|>", color="black", lw=1.1, shrinkA=0, shrinkB=0, mutation_scale=11)
 LABEL: dict[str, Any] = dict(boxstyle="round,pad=0.15", fc="white", ec="none", alpha=0.85)
+View: TypeAlias = tuple[float, float, float, float]  # x and y limits [µm]
+MAIN_IN = 6.36  # width of the drawing
+INSIDE_IN = (1.0, 1.8)  # half the width of a pillar, and its height, from which on it holds the labels of its sizes
+BESIDE_IN, PLACE_IN = 1.45, 2.0  # widths of labels beside it
 NOTES = {
     "plane": "symmetry axis: the right half is computed, the left one mirrored",
     "axisymmetric": "the half that is computed is turned about this axis",
@@ -88,7 +92,7 @@ def _mixed(colour: str, opacity: float) -> tuple[float, ...]:
     return tuple(opacity * rgb + 1 - opacity)
 
 
-def _view(scene: Scene, centre: tuple[float, float]) -> tuple[float, float, float, float]:
+def _view(scene: Scene, centre: tuple[float, float]) -> View:
     """x and y limits [µm]: the cell, and the substrate beside and below it."""
     r = scene.radius_um
     arches = [stand.arch for stand in standing(scene)]
@@ -99,7 +103,7 @@ def _view(scene: Scene, centre: tuple[float, float]) -> tuple[float, float, floa
     return centre[0] - half, centre[0] + half, low, centre[1] + 1.12 * r
 
 
-def _draw_substrate(axes: Axes, scene: Scene, view: tuple[float, float, float, float]) -> None:
+def _draw_substrate(axes: Axes, scene: Scene, view: View) -> None:
     for one in standing(scene):
         outline = outline_of(one.arch, depth_um(scene))
         if len(outline):
@@ -143,30 +147,48 @@ def _radii(axes: Axes, scene: Scene, centre: tuple[float, float]) -> None:
         _say(axes, f"${symbol}$ = {_length(radius)}", at, (7, -4), va="center")
 
 
-def _substrate_sizes(axes: Axes, scene: Scene, view: tuple[float, float, float, float]) -> None:
+def _substrate_sizes(axes: Axes, scene: Scene, view: View) -> None:
     """Sizes of the first pillar, y_flat, the gap."""
+    left = True  # of the pillar's place is free for y_flat
     if arches := [one.arch for one in standing(scene)]:
         first = arches[0] if scene.pillar else min(arches, key=lambda arch: (abs(arch.x_um), -arch.x_um))
-        _pillar_sizes(axes, first)
+        _pillar_sizes(axes, first, view)
+        left = 2 * first.x_um >= view[0] + view[1]
     if scene.flat is not None:
-        _say(axes, f"$y_{{flat}}$ = {_length(scene.flat.y_um)}", (view[0], scene.flat.y_um), (6, -4), va="top")
+        at, offset, side = (view[0], 6, "left") if left else (view[1], -6, "right")
+        text = f"$y_{{flat}}$ = {_length(scene.flat.y_um)}"
+        _say(axes, text, (at, scene.flat.y_um), (offset, -4), ha=side, va="top")
     if scene.cell.gap_um:
         text = f"gap to first touch = {_length(scene.cell.gap_um)}"
         _say(axes, text, (view[1], view[3]), (-6, -6), ha="right", va="top", fontsize=SMALL)
 
 
-def _pillar_sizes(axes: Axes, pillar: Upright) -> None:
-    """w_mp, h_mp and the place of a pillar."""
+def _pillar_sizes(axes: Axes, pillar: Upright, view: View) -> None:
+    """w_mp, h_mp and the place of a pillar; beside it where it is too slim to hold them."""
     x, y, w, h = pillar.x_um, pillar.y_um, pillar.half_width_um, pillar.height_um
-    across, up = y + 0.3 * h, x - 0.35 * w
+    inch = (view[1] - view[0]) / MAIN_IN  # [µm]
+    across = y + 0.3 * h
+    wide = w > INSIDE_IN[0] * inch and (h > INSIDE_IN[1] * inch or w > 1.3 * INSIDE_IN[0] * inch)
+    up = x - 0.35 * w if wide else x - w - 0.12 * inch
+    size = f"$w_{{mp}}$ = {_length(w)}"
+    if wide:
+        _say(axes, size, (x + 0.5 * w, across), (0, 5), ha="center")
+        _say(axes, "half the width", (x + 0.5 * w, across), (0, -5), ha="center", va="top", fontsize=SMALL)
+        at, side = (up, y + 0.68 * h), "center"
+    else:
+        right = x + w + BESIDE_IN * inch < view[1]
+        where, align = (x + w, "left") if right else (x - w - 0.12 * inch, "right")
+        look: dict[str, Any] = dict(ha=align, bbox=LABEL)
+        _say(axes, size, (where, across), (8 if right else -8, 1), va="bottom", **look)
+        _say(axes, "half the width", (where, across), (8 if right else -8, -3), va="top", fontsize=SMALL, **look)
+        at, side = (up - 0.08 * inch, y + 0.8 * h), "right"
     _arrow(axes, (x, across), (x + w, across))
-    _say(axes, f"$w_{{mp}}$ = {_length(w)}", (x + 0.5 * w, across), (0, 5), ha="center")
-    _say(axes, "half the width", (x + 0.5 * w, across), (0, -5), ha="center", va="top", fontsize=SMALL)
     _arrow(axes, (up, y), (up, y + h))
-    _say(axes, f"$h_{{mp}}$ = {_length(h)}", (up, y + 0.68 * h), (0, 0), ha="center", va="center", bbox=LABEL)
+    _say(axes, f"$h_{{mp}}$ = {_length(h)}", at, (0, 0), ha=side, va="center", bbox=LABEL)
     axes.plot([x], [y], "+", ms=9, mew=1.4, color="black", zorder=6)
     text = f"$(x_{{mp}}, y_{{mp}})$ = ({_number(x)}, {_number(y)}) µm"
-    _say(axes, text, (x, y), (7, -4), va="top", fontsize=SMALL)
+    room = x + PLACE_IN * inch < view[1]
+    _say(axes, text, (x, y), (7 if room else -7, -4), ha="left" if room else "right", va="top", fontsize=SMALL)
 
 
 def _say(axes: Axes, text: str, at: tuple[float, float], offset: tuple[float, float], **look: Any) -> None:

@@ -1,4 +1,4 @@
-"""Figures 4 and 6: four maps of the largest stress and strains in the nucleus over the two parameters of a sweep."""
+"""Four maps of the largest stress and strains in the nucleus over the two parameters of a sweep."""
 
 from __future__ import annotations
 
@@ -39,6 +39,7 @@ THEIRS = {"max": "^", "min": "v"}
 UNSOLVED = "x"
 WORDS = {"max": "largest", "min": "smallest"}
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+READABLE = 6  # columns up to which numbers have their full size
 DIGITS = 4  # of a panel's largest value
 LEFT = 0.075
 FAULT_CHARACTERS = 310  # of two lines
@@ -49,7 +50,7 @@ def draw_maps(study: StudyResult, paper: Mapping[str, Any]) -> Figure:
 
     Args:
         study: of a sweep over two keys.
-        paper: the printed numbers of this sweep, as `[fig4]` and `[fig6]` of paper_numbers.toml.
+        paper: the printed numbers of this sweep, as `[fig4]` and `[fig6]` of paper_numbers.toml; {} for none.
 
     Raises:
         InputError: when the study varies other than two keys, or a number is none.
@@ -60,7 +61,7 @@ def draw_maps(study: StudyResult, paper: Mapping[str, Any]) -> Figure:
     for index, quantity in enumerate(QUANTITIES):
         MapPanel(figure.add_subplot(place[index // 2, index % 2]), grid, quantity).draw("abcd"[index])
     _legend(figure, grid)
-    _notes(figure, study)
+    _notes(figure, study, bool(paper))
     return figure
 
 
@@ -121,8 +122,11 @@ class MapPanel:
         theirs, lines = self._theirs(), []
         unit = f" [{self.unit()}]" if self.power else ""
         for kind, place in self.places.items():
-            line = f"{WORDS[kind]}{unit}:  {self.number(self.values[place])} here"
-            if kind not in theirs:
+            number = self.number(self.values[place])
+            line = f"{WORDS[kind]}{unit}:  {number} here"
+            if not self.grid.paper:
+                line = f"{WORDS[kind]}{unit}:  {number} at {self.grid.at(place)}"
+            elif kind not in theirs:
                 line += f";  the paper names no {WORDS[kind]}"
             elif (value := theirs[kind].value) is None:
                 line += ";  the value in the paper repeats its largest"
@@ -172,7 +176,8 @@ class MapPanel:
             )
         else:
             text = self.number(self.values[place])
-            self.axes.text(column, row + 0.06, text, color=self._ink(place, colours), fontsize=11.5, **look)
+            size = min(11.5, 11.5 * READABLE / self.grid.shape[1])
+            self.axes.text(column, row + 0.06, text, color=self._ink(place, colours), fontsize=size, **look)
 
     def _frame_ours(self) -> None:
         for kind, (row, column) in self.places.items():
@@ -204,7 +209,7 @@ class MapPanel:
 
 def _legend(figure: Figure, grid: Grid) -> None:
     handles: list[Any] = [Patch(fc="none", ec="black", label=f"{WORDS[k]} here", **OURS[k]) for k in OURS]
-    labels = {THEIRS[kind]: f"the paper's {WORDS[kind]}, as printed" for kind in THEIRS}
+    labels = {THEIRS[kind]: f"the paper's {WORDS[kind]}, as printed" for kind in THEIRS if grid.paper}
     if grid.place_of(grid.paper.get("not_converged")) is not None:
         labels[UNSOLVED] = "not solved in the paper"
     look: dict[str, Any] = dict(ls="", ms=7, mew=1.8, color="black")
@@ -215,7 +220,7 @@ def _legend(figure: Figure, grid: Grid) -> None:
     figure.legend(handles=handles, fontsize=SMALL + 0.5, columnspacing=1.5, **place)
 
 
-def _notes(figure: Figure, study: StudyResult) -> None:
+def _notes(figure: Figure, study: StudyResult, with_paper: bool) -> None:
     """Title, what is missing, how to read the numbers, small print."""
     ends = sorted({case.scene.time.end_s for case in study.cases.values()})
     when = " and ".join(f"{end:,.0f}" for end in ends)
@@ -226,5 +231,5 @@ def _notes(figure: Figure, study: StudyResult) -> None:
         lines = textwrap.wrap(study.complaint(FAULT_CHARACTERS), FAULT_CHARACTERS // 2 + 5)
         figure.text(LEFT, 0.9155, "\n".join(lines), color=FAULT_COLOUR, fontsize=SMALL, va="top")
     rest = f"Strains are shown less their value at rest ({rests(study.cases.values())} for $J_1$, $J_2$, $J_3$). "
-    figure.text(LEFT, 0.040, rest + f"Paper: {PAPER}.", fontsize=SMALL)
+    figure.text(LEFT, 0.040, rest + f"Paper: {PAPER}." * with_paper, fontsize=SMALL)
     figure.text(LEFT, 0.020, provenance(study), fontsize=TINY, color="#555555")

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from cellmech.figures.comparison import Comparison
 from cellmech.figures.embedded import Picture, embed
-from cellmech.figures.results import StudyResult
+from cellmech.figures.results import StudyResult, differing
 from cellmech.figures.section import NONE, TONES, Row, Section, signal
 from cellmech.figures.style import QUANTITIES, provenance
 from cellmech.results.result import Result
@@ -116,14 +115,14 @@ def environment(*folders: Path) -> Environment:
 def number_section(study: StudyResult) -> Section:
     """The cases with what sets them apart and their largest values at the end."""
     cases = study.cases.items()
-    scenes = {name: dict(_settings(case.scene.model_dump(mode="json", by_alias=True))) for name, case in cases}
-    varied = _varied(scenes.values())
+    scenes = differing(study.cases)
+    varied = list(next(iter(scenes.values()), {}))
     planes = {case.scene.cell.geometry == "plane" for case in study.cases.values()}
     columns = {key: of for key, of in COLUMNS.items() if key not in FORCES or FORCES[key] in planes}
     header = ("case", *varied[:MOST_VARIED], "status", *(label for label, _ in columns.values()))
     rows = []
     for name, case in cases:
-        settings = {key: scenes[name].get(key) for key in varied}
+        settings = scenes[name]
         values = {key: case.get(key) for key in columns}
         status = "failed" if case.failure else "solved"
         texts = [signal(values[key], case.rest(of), case.get(f"error.{key}")) for key, (_, of) in columns.items()]
@@ -131,23 +130,6 @@ def number_section(study: StudyResult) -> Section:
         rows.append(Row(cells, {"case": name, **settings, "status": status, **values}))
     more = f" {len(varied) - MOST_VARIED} more keys differ." if len(varied) > MOST_VARIED else ""
     return Section("cases", "Cases", f"Largest values in the nucleus at the end, and contact.{more}", header, rows)
-
-
-def _settings(table: Mapping[Any, Any], start: str = "") -> Iterator[tuple[str, object]]:
-    """A scene's values by dotted key."""
-    for name, value in table.items():
-        of_tables = isinstance(value, list) and all(isinstance(part, Mapping) for part in value)
-        if of_tables or isinstance(value, Mapping):
-            yield from _settings(dict(enumerate(value)) if of_tables else value, f"{start}{name}.")
-        else:
-            yield f"{start}{name}", value
-
-
-def _varied(scenes: Iterable[Mapping[str, Any]]) -> list[str]:
-    """The keys whose values differ between scenes, but for titles."""
-    all_of = list(scenes)
-    keys = dict.fromkeys(key for scene in all_of for key in scene if key != "title")
-    return [key for key in keys if len({repr(scene.get(key)) for scene in all_of}) > 1]
 
 
 def runs_of(name: str, planned: int, cases: Iterable[Result]) -> Runs:

@@ -1,4 +1,4 @@
-"""One panel of Figure 2: curves on a readable scale, and the paper's maxima wherever they lie."""
+"""One panel of a figure over time: curves on a readable scale, and the paper's maxima wherever they lie."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
-from cellmech.figures.style import LAWS, SMALL, TINY, Quantity, printed, spread
+from cellmech.figures.style import LAWS, SMALL, TINY, LawStyle, Quantity, printed, spread
 
 BREAK = 1.6  # the paper's maxima get a strip of their own when they are this many times ours
 LINE_HEIGHT = 0.068  # of the paper's labels, in heights of a whole panel
@@ -25,7 +25,8 @@ class Panel:
         figure: to draw on.
         place: of the whole panel in the figure's grid.
         quantity: what is drawn, less its value at rest.
-        ours: law -> times [s] and values, these less theirs at rest.
+        ours: case -> times [s] and values, these less theirs at rest.
+        looks: how to draw each case.
         paper: law -> printed maximum.
         less: what was taken off ours, to stand behind the quantity's name.
         meaning: of the quantity.
@@ -37,11 +38,13 @@ class Panel:
         place: Any,
         quantity: Quantity,
         ours: Mapping[str, tuple[np.ndarray, np.ndarray]],
+        looks: Mapping[str, LawStyle],
         paper: Mapping[str, float],
         less: str,
         meaning: str,
     ) -> None:
-        self.quantity, self.paper, self.ours, self.less, self.meaning = quantity, paper, ours, less, meaning
+        self.quantity, self.paper, self.ours, self.looks = quantity, paper, ours, looks
+        self.less, self.meaning = less, meaning
         low, high = (find(0.0, *(float(v) for _, y in self.ours.values() for v in y if v == v)) for find in (min, max))
         theirs = max((value - quantity.rest for value in paper.values()), default=0.0)
         self.strip: Axes | None = None
@@ -60,7 +63,7 @@ class Panel:
         """Curves, axes and the paper's maxima."""
         q, main = self.quantity, self.main
         for law, (t, values) in self.ours.items():
-            look = LAWS[law]
+            look = self.looks[law]
             line: dict[str, Any] = dict(color=look.colour, lw=look.width, ls=look.dash, label=look.label)
             main.plot(t, values, **line, zorder=look.order, gid=f"law:{law}")
             main.plot(t, values, color=look.colour, zorder=3, **STEP_MARKER)
@@ -111,10 +114,10 @@ class Panel:
         head = f"paper: {q.symbol}" + (f" [{q.unit}]" if q.unit else "")
         axes.text(1.075, max(labels) + 1.15 * gap, head, style="italic", **beside)
 
-    def mark_failure(self, law: str) -> None:
+    def mark_failure(self, case: str) -> None:
         """A cross where a failed case stopped."""
-        t, values = self.ours[law]
-        self.main.plot(t[-1:], values[-1:], "X", ms=10, color=LAWS[law].colour, mec="black", clip_on=False, zorder=5)
+        t, values = self.ours[case]
+        self.main.plot(t[-1:], values[-1:], "X", ms=10, color=self.looks[case].colour, mec="black", clip_on=False, zorder=5)
 
     def mark_time(self, t_s: float, text: str) -> None:
         """A dotted line at a time [s] that lies inside the panel."""

@@ -37,9 +37,27 @@ PARAMETERS: Mapping[str, Parameter] = {
 }
 
 
+UNITS = {  # by the ending of a key, the longer ones first
+    "_Pa_per_um": "Pa/µm",
+    "_uJ_m2": "µJ/m²",
+    "_kg_m3": "kg/m³",
+    "_m_s2": "m/s²",
+    "_Pa_s": "Pa s",
+    "_deg": "°",
+    "_um": "µm",
+    "_Pa": "Pa",
+    "_s": "s",
+}
+WORDS = {"young": "Young's modulus", "poisson": "Poisson's ratio"}
+
+
 def parameter(key: str) -> Parameter:
-    """The parameter of a scene key; one the paper has no name for is called by its key."""
-    return PARAMETERS.get(key, Parameter("", "", key, ""))
+    """The parameter of a scene key; one that has no symbol is called by the words of its key."""
+    ending = next((ending for ending in UNITS if key.endswith(ending)), "")
+    *path, name = key.removesuffix(ending).split(".")
+    name = WORDS.get(name, name)
+    words = f"{name} of the {path[1]}" if path[:1] == ["layer"] else " ".join([*path, name])
+    return PARAMETERS.get(key, Parameter("", "", words.replace("_", " "), UNITS.get(ending, "")))
 
 
 def value_at(scene: Scene, key: str) -> Any:

@@ -1,6 +1,6 @@
-"""Figures and tables of the paper from files on disk: python -m cellmech.plots fig1|…|fig7|table1|table2|table3|….
+"""Figures from files on disk, by what they show: python -m cellmech.plots shape|field|history|map|outline|geometry|….
 
-`movie` is a film of one case, whichever it is.
+The figures and tables of the paper are fig1 to fig7 and table1 to table3.
 
 Nothing is solved and DOLFINx is not needed. Exit status: 0; 1 when a case is missing or failed (the figure shows the
 others and says so); 2 for bad input.
@@ -11,13 +11,14 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from cellmech.console import bear_any_text, say
 from cellmech.errors import CellmechError, InputError
-from cellmech.figures.results import StudyResult, read_planned
-from cellmech.figures.style import save, styled
+from cellmech.figures.results import StudyResult, read_all, read_planned, read_study
+from cellmech.figures.style import save, scalar, styled
 from cellmech.figures.table import Document
 from cellmech.names import path_there
 from cellmech.results.result import load
@@ -65,28 +66,32 @@ def _parser() -> argparse.ArgumentParser:
         _add_study_file(command, study)
         _add_paper(command)
 
+    results = "folder of a study's results, or of one case"
+
+    def add_shown(name: str, run: Any, about: str, several: bool = False) -> argparse.ArgumentParser:
+        command = add(name, run, about)
+        command.add_argument("folder", type=path_there, nargs="+" if several else None, metavar="DIR", help=results)
+        return command
+
+    shape = add("shape", _shape, "the deformed cell; of a study all its cases on a sheet; in 3-D cut open")
+    shape.add_argument("folder", type=path_there, nargs="*", metavar="DIR", help=results)
+    shape.add_argument("--case", type=path_there, nargs="+", default=[], metavar="DIR", help="the same")
+    shape.add_argument("--field", help="scalar of the field files to colour by; default: the layers")
+    field = add("field", _shape, "a field on the deformed cell, such as sigma_mises, J1, pressure")
+    field.add_argument("field", metavar="FIELD", help="scalar of the field files")
+    field.add_argument("folder", type=path_there, nargs="+", metavar="DIR", help=results)
+    field.set_defaults(case=[])
+    for command in (shape, field):
+        command.add_argument("--magnify", action="store_true", help="on a sheet: displacements magnified, too")
+    add_shown("history", _history, "stress and strain in the nucleus against time")
+    add_shown("map", _map, "maps of stress and strain in the nucleus over the two keys that a study varies")
+    add_shown("outline", _outline, "outlines of cell and nucleus of all cases in one drawing")
+    add_shown("pictures", _pictures, "what a run leaves: each deformed cell, and the sheet, into figures of DIR", True)
     scene = "scene or study file (its first case); default: Table 1"
-    add("fig1", _fig1, "initial geometry of a scene").add_argument("--scene", metavar="FILE", help=scene)
+    geometry = add("geometry", _fig1, "a scene before the load, with its dimensions")
+    geometry.add_argument("scene", nargs="?", metavar="FILE", help=scene)
     law = add("contact-law", _contact_law, "push and pull of a scene's obstacles, one curve over the gap")
     law.add_argument("--scene", metavar="FILE", help=scene)
-    add_study("fig2", _curves, "stress and strain in the nucleus against time", "fig2", "fig2")
-    add_study("fig3", _shapes, "deformed cells at the four laws", "fig3", "fig2")
-    add_study("fig4", _maps, "maps over the fluid fractions", "fig4", "fig4")
-    add_study("fig5", _shapes, "deformed cells at the largest strains of Figures 4 and 6", "fig5", "fig4")
-    add_study("fig6", _maps, "maps over the moduli", "fig6", "fig6")
-    add_study("fig7", _described_shapes, "deformed cells in S1, S2, S3", "fig7", "table3")
-    add("table1", _table1, "parameters, beside the paper's").add_argument("--scene", metavar="FILE", help=scene)
-    table2 = add("table2", _table2, "the simulations S1, S2, S3")
-    _add_study_file(table2, "table3")
-    _add_paper(table2)
-    table2.set_defaults(numbers="table3")
-    add_study("table3", _table3, "maxima and shape index in S1, S2, S3", "table3", "table3")
-    add_study("table-fig2", _table_fig2, "maxima, means and shares at the four laws", "fig2", "fig2")
-    picture = add("shape", _shape, "the deformed cell of each case; in 3-D cut open, with its section and from above")
-    folders = "folders of the cases; default: %(default)s"
-    default = [Path("results/fig2/neo-hookean")]
-    picture.add_argument("--case", type=path_there, nargs="+", default=default, metavar="DIR", help=folders)
-    picture.add_argument("--field", help="scalar of the field files to colour by; default: the layers")
     turn = add("turntable", _turntable, "film of one case in 3-D, cut open, that turns once about the vertical")
     about = "folder of the case; default: %(default)s"
     turn.add_argument("--case", type=path_there, default=IN_SPACE, metavar="DIR", help=about)
@@ -100,6 +105,21 @@ def _parser() -> argparse.ArgumentParser:
     )
     film.add_argument("--field", default="J1", help="scalar of the field files; default: %(default)s")
     film.add_argument("--magnify", type=float, default=1.0, help="displacements; default: %(default)g")
+
+    add("fig1", _fig1, "the paper's: initial geometry of a scene").add_argument("--scene", metavar="FILE", help=scene)
+    add_study("fig2", _curves, "the paper's: stress and strain in the nucleus against time", "fig2", "fig2")
+    add_study("fig3", _shapes, "the paper's: deformed cells at the four laws", "fig3", "fig2")
+    add_study("fig4", _maps, "the paper's: maps over the fluid fractions", "fig4", "fig4")
+    add_study("fig5", _shapes, "the paper's: deformed cells at the largest strains of Figures 4 and 6", "fig5", "fig4")
+    add_study("fig6", _maps, "the paper's: maps over the moduli", "fig6", "fig6")
+    add_study("fig7", _described_shapes, "the paper's: deformed cells in S1, S2, S3", "fig7", "table3")
+    add("table1", _table1, "parameters, beside the paper's").add_argument("--scene", metavar="FILE", help=scene)
+    table2 = add("table2", _table2, "the simulations S1, S2, S3")
+    _add_study_file(table2, "table3")
+    _add_paper(table2)
+    table2.set_defaults(numbers="table3")
+    add_study("table3", _table3, "maxima and shape index in S1, S2, S3", "table3", "table3")
+    add_study("table-fig2", _table_fig2, "maxima, means and shares at the four laws", "fig2", "fig2")
     return parser
 
 
@@ -144,7 +164,7 @@ def _shapes(options: argparse.Namespace) -> int:
     from cellmech.figures.shapes import draw_shapes
 
     study = _study(options)
-    return _draw(options, draw_shapes, study) or _complain(study)
+    return _draw(options, partial(draw_shapes, magnify=True), study) or _complain(study)
 
 
 def _described_shapes(options: argparse.Namespace) -> int:
@@ -152,19 +172,72 @@ def _described_shapes(options: argparse.Namespace) -> int:
     from cellmech.figures.shapes import draw_shapes
 
     study, paper = _study(options), _paper(options)
-    return _draw(options, draw_shapes, study, lambda case: nucleus_lines(case, paper)) or _complain(study)
+    draw = partial(draw_shapes, report=lambda case: nucleus_lines(case, paper), magnify=True)
+    return _draw(options, draw, study) or _complain(study)
 
 
 def _shape(options: argparse.Namespace) -> int:
     from cellmech.figures.shape_figure import draw_case
+    from cellmech.figures.shapes import draw_shapes
 
-    cases = [load(folder) for folder in options.case]
-    for case in cases:
-        stem = options.stem if len(cases) == 1 else f"{options.stem}-{case.name}"
+    folders = [*options.folder, *options.case] or [Path("results/fig2/neo-hookean")]
+    quantity, status = scalar(options.field) if options.field else None, 0
+    for folder in folders:
+        stem = options.stem if len(folders) == 1 else f"{options.stem}-{folder.resolve().name}"
         with styled():
-            for path in save(draw_case(case, options.field), options.out, stem):
+            if _is_case(folder):
+                figure = draw_case(load(folder), quantity)
+            else:
+                study = read_all(folder)
+                figure = draw_shapes(study, quantity=quantity, magnify=options.magnify)
+                status |= _complain(study)
+            for path in save(figure, options.out, stem):
                 say(str(path))
-    return 0
+    return status
+
+
+def _is_case(folder: Path) -> bool:
+    return (folder / "result.json").is_file()
+
+
+def _shown(folder: Path) -> StudyResult:
+    """The results of a study, or of a case as those of a study of its own."""
+    return read_study(folder.parent, [folder.name]) if _is_case(folder) else read_all(folder)
+
+
+def _history(options: argparse.Namespace) -> int:
+    from cellmech.figures.curves import draw_curves
+
+    study = _shown(options.folder)
+    return _draw(options, draw_curves, study) or _complain(study)
+
+
+def _map(options: argparse.Namespace) -> int:
+    from cellmech.figures.maps import draw_maps
+
+    study = read_all(options.folder)
+    return _draw(options, draw_maps, study, {}) or _complain(study)
+
+
+def _outline(options: argparse.Namespace) -> int:
+    from cellmech.figures.outlines import draw_outlines
+
+    study = _shown(options.folder)
+    return _draw(options, draw_outlines, study) or _complain(study)
+
+
+def _pictures(options: argparse.Namespace) -> int:
+    from cellmech.figures.pictures import draw_pictures
+
+    status = 0
+    for folder in options.folder:
+        study = read_all(folder)
+        names = [name for name, case in study.cases.items() if (case.folder / "fields.pvd").is_file()]
+        sheet = names if len(names) > 1 else []
+        for path in draw_pictures(folder, dict.fromkeys(names, ""), sheet, title=study.title):
+            say(str(path))
+        status |= _complain(study)
+    return status
 
 
 def _turntable(options: argparse.Namespace) -> int:

@@ -1,7 +1,6 @@
-"""Field files to pictures: pyvista draws the layers off-screen, in the paper's colours and to scale.
+"""Flat triangles as pictures, to scale: in the plane by matplotlib's rasteriser, in space by pyvista off-screen.
 
-The only module that draws with VTK. Without EGL, VTK crashes the process instead of raising, so `probe` tries it in
-another process first.
+Without EGL, VTK crashes the process instead of raising, so `probe` tries it in another process first.
 """
 
 from __future__ import annotations
@@ -15,9 +14,12 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
+from matplotlib.backends.backend_agg import RendererAgg
+from matplotlib.colors import to_rgba
+from matplotlib.transforms import Affine2D
 
 from cellmech.errors import CellmechError
-from cellmech.figures.body import START, read_body
+from cellmech.figures.body import START, SUBDIVISIONS, read_body
 from cellmech.figures.style import LAYER_COLOURS
 from cellmech.scene.scene import Scene
 
@@ -68,25 +70,33 @@ class Shape:
         reference: corners at the start [µm], shape (n, 3, 2).
         displacement: of the corners [µm], shape (n, 3, 2).
         layer: code of each triangle's layer, shape (n,).
+        values: of a field at the corners, shape (n, 3).
     """
 
     reference: np.ndarray
     displacement: np.ndarray
     layer: np.ndarray
+    values: np.ndarray
 
     def moved(self, pivot: np.ndarray, magnify: float = 1.0) -> np.ndarray:
         """Corners with displacements about the pivot's magnified: X + p + N (u - p)."""
         return self.reference + pivot + magnify * (self.displacement - pivot)
 
 
-def read_shape(path: Path, scene: Scene) -> Shape:
+def read_shape(path: Path, scene: Scene, quantity: str | None = None, pieces: int = SUBDIVISIONS) -> Shape:
     """Read a field file: the whole cell, of one in space the section that lay in the plane of its centre, z = const.
 
+    Args:
+        path: of the file.
+        scene: of the case.
+        quantity: a scalar of the file.
+        pieces: as a `Body` has them.
+
     Raises:
-        InputError: for a file that is broken or has other content.
+        InputError: for a file that is broken or has other content, or for a scalar that is not there.
     """
-    section = read_body(path, scene).section(part=START)
-    return Shape(section.start[..., :2], (section.now - section.start)[..., :2], section.layer)
+    section = read_body(path, scene, quantity, pieces).section(part=START)
+    return Shape(section.start[..., :2], (section.now - section.start)[..., :2], section.layer, section.values)
 
 
 def by_layer(layer: np.ndarray) -> np.ndarray:
@@ -107,18 +117,23 @@ def picture(parts: Sequence[tuple[np.ndarray, Colour]], view: View, width_px: in
         view: what is shown [µm].
         width_px: width of the image; the height follows from the view.
     """
-    os.environ.setdefault(*WINDOW)
-    import pyvista
+    width, height = window(view, width_px)
+    canvas = RendererAgg(width, height, 72)
+    to_pixels = Affine2D().translate(-view[0], -view[2]).scale(width / (view[1] - view[0]), height / (view[3] - view[2]))
+    x0, x1, y0, y1 = view
+    paper = np.array([[(x0, y0), (x1, y0), (x1, y1)], [(x0, y0), (x1, y1), (x0, y1)]])
+    for triangles, colour in [(paper, "white"), *parts]:
+        if len(triangles):
+            corners = np.ascontiguousarray(triangles, dtype=float)
+            canvas.draw_gouraud_triangles(canvas.new_gc(), corners, _opaque(colour, len(triangles)), to_pixels)
+    return _averaged(np.asarray(canvas.buffer_rgba())[..., :3])
 
-    plotter = pyvista.Plotter(off_screen=True, window_size=window(view, width_px))
-    try:
-        plotter.set_background("white")
-        for level, (triangles, colour) in enumerate(parts):
-            _add(plotter, triangles, colour, float(level - len(parts)))
-        _look_at(plotter, view)
-        return shot(plotter)
-    finally:
-        plotter.close()
+
+def _opaque(colour: Colour, count: int) -> np.ndarray:
+    """Colours of triangles' corners as shares of 1 with their opacity, shape (count, 3, 4)."""
+    if isinstance(colour, str):
+        return np.broadcast_to(to_rgba(colour), (count, 3, 4))
+    return np.concatenate([colour / 255.0, np.ones((count, 3, 1))], axis=-1)
 
 
 def window(view: View, width_px: int) -> tuple[int, int]:
@@ -129,26 +144,12 @@ def window(view: View, width_px: int) -> tuple[int, int]:
 
 def shot(plotter: Any) -> np.ndarray:
     """What a plotter shows, averaged to the size that is given; shape (height, width, 3)."""
-    image = plotter.screenshot(return_img=True)
-    steps = [image[i::OVERSAMPLING, j::OVERSAMPLING, :3] for i in range(OVERSAMPLING) for j in range(OVERSAMPLING)]
+    return _averaged(plotter.screenshot(return_img=True)[..., :3])
+
+
+def _averaged(image: np.ndarray) -> np.ndarray:
+    steps = [image[i::OVERSAMPLING, j::OVERSAMPLING] for i in range(OVERSAMPLING) for j in range(OVERSAMPLING)]
     return (sum(step.astype(np.uint16) for step in steps) // len(steps)).astype(np.uint8)
-
-
-def _look_at(plotter: Any, view: View) -> None:
-    """Look along −z at exactly this view, without perspective."""
-    x0, x1, y0, y1 = view
-    plotter.enable_parallel_projection()
-    plotter.camera.focal_point = ((x0 + x1) / 2, (y0 + y1) / 2, 0.0)
-    plotter.camera.position = ((x0 + x1) / 2, (y0 + y1) / 2, 10.0 * (y1 - y0))
-    plotter.camera.up = (0.0, 1.0, 0.0)
-    plotter.camera.parallel_scale = (y1 - y0) / 2
-    plotter.renderer.ResetCameraClippingRange()
-
-
-def _add(plotter: Any, triangles: np.ndarray, colour: Colour, z: float) -> None:
-    if len(triangles):
-        points = np.dstack([triangles, np.full(triangles.shape[:2], z)])
-        plotter.add_mesh(surface_of(points), **look(colour), lighting=False, render=False)
 
 
 def look(colour: Colour) -> dict[str, Any]:

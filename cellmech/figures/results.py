@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from cellmech.errors import InputError
 from cellmech.figures.parameters import value_at
@@ -109,4 +110,38 @@ def read_all(folder: Path) -> StudyResult:
         InputError: when none has, or a file is broken.
     """
     found = sorted(path.parent.name for path in Path(spelt(folder)).glob("*/result.json"))
-    return read_study(folder, found or ["any case"])
+    study = read_study(folder, found or ["any case"])
+    varied = differing(study.cases)
+    names = sorted(study.cases, key=lambda name: [_rank(value) for value in varied[name].values()])
+    titles = {case.scene.title for case in study.cases.values()}
+    return StudyResult(
+        study.folder,
+        {name: study.cases[name] for name in names},
+        study.missing,
+        titles.pop() if len(titles) == 1 else "",
+        {name: varied[name] for name in names},
+    )
+
+
+def differing(cases: Mapping[str, Result]) -> dict[str, dict[str, object]]:
+    """Of each case the values of the keys, dotted, that are not the same in all of them, but for titles."""
+    scenes = {name: dict(_settings(case.scene.model_dump(mode="json", by_alias=True))) for name, case in cases.items()}
+    keys = dict.fromkeys(key for scene in scenes.values() for key in scene if key != "title")
+    varied = [key for key in keys if len({repr(scene.get(key)) for scene in scenes.values()}) > 1]
+    return {name: {key: scene.get(key) for key in varied} for name, scene in scenes.items()}
+
+
+def _settings(table: Mapping[Any, Any], start: str = "") -> Iterator[tuple[str, object]]:
+    """A scene's values by dotted key."""
+    for name, value in table.items():
+        of_tables = isinstance(value, list) and all(isinstance(part, Mapping) for part in value)
+        if of_tables or isinstance(value, Mapping):
+            yield from _settings(dict(enumerate(value)) if of_tables else value, f"{start}{name}.")
+        else:
+            yield f"{start}{name}", value
+
+
+def _rank(value: object) -> tuple[bool, float, str]:
+    """Numbers by size, before texts."""
+    number = isinstance(value, int | float)
+    return not number, float(value) if isinstance(value, int | float) else 0.0, str(value)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-import textwrap
+from collections.abc import Sequence
 from typing import Any
 
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -17,30 +16,30 @@ from matplotlib.patches import Patch as Swatch
 
 from cellmech.figures.body import Body, Patch, read_body
 from cellmech.figures.render import Colour, View, picture, probe
-from cellmech.figures.shapes import scale_bar
+from cellmech.figures.shapes import colour_bar, scale_bar
 from cellmech.figures.sheet import UNDEFORMED
-from cellmech.figures.space import AZIMUTH_DEG, Paint, Stage, scale_of
-from cellmech.figures.style import FADED, FAULT_COLOUR, LAWS, LAYER_COLOURS, SMALL, SUBSTRATE, field_label
+from cellmech.figures.space import AZIMUTH_DEG, FIELD_COLOURS, Paint, Stage, scale_of
+from cellmech.figures.style import FADED, FAULT_COLOUR, LAWS, LAYER_COLOURS, SMALL, SUBSTRATE, wrapped
 from cellmech.figures.substrate import behind, footprints, polygons
 from cellmech.results.result import Result
 from cellmech.scene.parts import Adhesion
 from cellmech.scene.scene import Scene
 
 PX_PER_IN = 220
-LETTERS_PER_IN, LINE_IN = 10.5, 0.22  # of a caption
-WIDE_IN, ABOVE_IN, BELOW_IN = 7.3, 1.2, 0.75  # of the section alone
-FIELD_COLOURS = "viridis"
+TITLE_SIZE, TITLE_IN, LINE_IN = 15, 0.3, 0.22  # of a caption: font size, heights of lines
+WIDE_IN, BELOW_IN = 7.3, 0.75  # of the section alone
 FOOT: dict[str, Any] = dict(ec="#4d4d4d", lw=1.2)
 PALE = "#f1b5b2"  # the cell's shadow
 KINDS = {"plane": "plane strain", "axisymmetric": "axisymmetric", "3d": "3-D"}
 
 
-def draw_case(case: Result, quantity: str | None = None) -> Figure:
+def draw_case(case: Result, quantity: str | None = None, px_per_in: int = PX_PER_IN) -> Figure:
     """Draw a case's last state, true to scale.
 
     Args:
         case: the case.
         quantity: a scalar of its field files to colour by; None to colour the layers.
+        px_per_in: resolution.
 
     Raises:
         InputError: for a field that is not there, or a file that is missing or broken.
@@ -48,25 +47,30 @@ def draw_case(case: Result, quantity: str | None = None) -> Figure:
     """
     t_s, path = case.last_fields()
     body = read_body(path, case.scene, quantity)
-    probe()
     paint = paint_of(body, quantity)
     section = body.section()
     if body.in_space:
-        figure = Figure(figsize=(11.6, 10.4))
-        draw_stage(figure.add_axes((0.01, 0.07, 0.66, 0.83)), Stage(body, case.scene, paint))
-        _draw_section(figure.add_axes((0.69, 0.66, 0.3, 0.24)), section, body, case.scene, paint)
-        _draw_horizontal(figure.add_axes((0.69, 0.365, 0.3, 0.24)), body, case.scene, paint)
-        _draw_from_above(figure.add_axes((0.69, 0.07, 0.3, 0.24)), body, case.scene)
+        probe()
+        width, tall = 11.6, 9.4
     else:
-        view = _section_view(section, case.scene)
-        tall = WIDE_IN * (view[3] - view[2]) / (view[1] - view[0])
-        above = ABOVE_IN + LINE_IN * bool(case.scene.drivers)
-        figure = Figure(figsize=(WIDE_IN + 0.3, tall + above + BELOW_IN))
-        box = (0.15 / (WIDE_IN + 0.3), BELOW_IN, WIDE_IN / (WIDE_IN + 0.3), tall)
-        height = figure.get_figheight()
-        axes = figure.add_axes((box[0], box[1] / height, box[2], box[3] / height))
-        _draw_section(axes, section, body, case.scene, paint)
-    write_caption(figure, case, t_s)
+        view, width = _section_view(section, case.scene), WIDE_IN + 0.3
+        tall = WIDE_IN * (view[3] - view[2]) / (view[1] - view[0]) + BELOW_IN
+    title, lines = caption_of(case, t_s, width - 0.4)
+    figure = Figure(figsize=(width, tall + caption_in(title, lines)), dpi=px_per_in)
+    height = figure.get_figheight()
+
+    def place(left: float, low: float, wide: float, up: float) -> Axes:
+        """Axes at a place [inches]."""
+        return figure.add_axes((left / width, low / height, wide / width, up / height))
+
+    if body.in_space:
+        draw_stage(place(0.1, 0.72, 7.7, 8.6), Stage(body, case.scene, paint))
+        _draw_section(place(8.0, 6.75, 3.45, 2.45), section, body, case.scene, paint)
+        _draw_horizontal(place(8.0, 3.75, 3.45, 2.55), body, case.scene, paint)
+        _draw_from_above(place(8.0, 0.72, 3.45, 2.55), body, case.scene)
+    else:
+        _draw_section(place(0.15, BELOW_IN, WIDE_IN, tall - BELOW_IN), section, body, case.scene, paint)
+    write_caption(figure, title, lines, case)
     write_legend(figure, paint, quantity, feet=body.in_space)
     return figure
 
@@ -78,19 +82,23 @@ def paint_of(body: Body, quantity: str | None) -> Paint:
     return Paint(scale_of(body.values, quantity), matplotlib.colormaps[FIELD_COLOURS])
 
 
-def draw_stage(axes: Axes, stage: Stage, px_per_in: int = PX_PER_IN, azimuth_deg: float = AZIMUTH_DEG) -> None:
+def draw_stage(axes: Axes, stage: Stage, azimuth_deg: float = AZIMUTH_DEG) -> None:
     """A cell in space from an azimuth, with a scale bar."""
-    image = stage.image(round(px_per_in * _width_in(axes)), azimuth_deg)
+    image = stage.image(_width_px(axes), azimuth_deg)
     axes.imshow(image, extent=stage.view, interpolation="antialiased")
     axes.set_axis_off()
     axes.set_anchor("C")
-    scale_bar(axes, stage.view, 1)
+    scale_bar(axes, stage.view, 1, _width_in(axes))
 
 
 def _width_in(axes: Axes) -> float:
     figure = axes.get_figure()
     assert isinstance(figure, Figure)
     return float(axes.get_position().width * figure.get_figwidth())
+
+
+def _width_px(axes: Axes) -> int:
+    return round(float(axes.get_figure().dpi) * _width_in(axes))
 
 
 def _draw_section(axes: Axes, section: Patch, body: Body, scene: Scene, paint: Paint) -> None:
@@ -177,32 +185,44 @@ def _view(points: np.ndarray, radius_um: float, below: float) -> View:
 
 
 def _show(axes: Axes, parts: list[tuple[np.ndarray, Colour]], view: View) -> None:
-    axes.imshow(picture(parts, view, round(PX_PER_IN * _width_in(axes))), extent=view, interpolation="antialiased")
+    axes.imshow(picture(parts, view, _width_px(axes)), extent=view, interpolation="antialiased")
     axes.set(xlim=view[:2], ylim=view[2:], xticks=[], yticks=[])
     axes.spines[:].set_color("#aaaaaa")
-    scale_bar(axes, view, 1)
+    scale_bar(axes, view, 1, _width_in(axes))
 
 
 def _name(axes: Axes, text: str) -> None:
     axes.set_title(text, fontsize=SMALL + 1, loc="left", pad=4)
 
 
-def write_caption(figure: Figure, case: Result, t_s: float) -> None:
-    """What the case is, the state that is shown, and what became of the nucleus."""
-    height, scene = figure.get_figheight(), case.scene
+def caption_of(case: Result, t_s: float, width_in: float) -> tuple[list[str], list[str]]:
+    """Lines no wider than so many inches: title; then the model, the state that is shown, what became of the cell."""
+    scene = case.scene
     laws = ", ".join(LAWS[law].label for law in scene.laws())
     state = f"t = {t_s:,.0f} s" if not case.failure else f"FAILED: last state, t = {t_s:,.0f} s"
-    letters = int(LETTERS_PER_IN * figure.get_figwidth())
-    lines = [f"{KINDS[scene.cell.geometry]},  {laws},  load × {scene.load.factor:g},  {state}"]
-    if scene.drivers:
-        lines += textwrap.wrap(", ".join(drivers_words(scene)), letters)
-    lines += textwrap.wrap(nucleus_words(case), letters)
+    texts = [f"{KINDS[scene.cell.geometry]},  {laws},  load × {scene.load.factor:g},  {state}"]
+    texts += [",  ".join(drivers_words(scene))] if scene.drivers else []
+    texts += [nucleus_words(case), contact_words(case)]
     alone = case.folder.name == case.folder.parent.name  # a scene of its own, not one case of a study
-    title = scene.title if scene.title and alone else ": ".join(filter(None, (scene.title, case.name)))
-    figure.text(0.02, 1 - 0.36 / height, title, fontsize=15, weight="bold")
+    title = scene.title if scene.title and alone else ":  ".join(filter(None, (scene.title, case.name)))
+    lines = [line for text in texts for line in wrapped(text, width_in, SMALL + 1)]
+    return wrapped(title, width_in, TITLE_SIZE, "bold"), lines
+
+
+def caption_in(title: Sequence[str], lines: Sequence[str]) -> float:
+    """Height that a caption takes [inches]."""
+    return 0.28 + TITLE_IN * len(title) + LINE_IN * len(lines)
+
+
+def write_caption(figure: Figure, title: Sequence[str], lines: Sequence[str], case: Result) -> None:
+    """The lines of `caption_of` at the top of a figure."""
+    height = figure.get_figheight()
+    for index, line in enumerate(title):
+        figure.text(0.02, 1 - (0.36 + TITLE_IN * index) / height, line, fontsize=TITLE_SIZE, weight="bold")
+    top = 0.36 + TITLE_IN * (len(title) - 1) + 0.27
     for index, line in enumerate(lines):
         colour = FAULT_COLOUR if case.failure and not index else "black"
-        figure.text(0.02, 1 - (0.62 + LINE_IN * index) / height, line, fontsize=SMALL + 1, color=colour)
+        figure.text(0.02, 1 - (top + LINE_IN * index) / height, line, fontsize=SMALL + 1, color=colour)
 
 
 def drivers_words(scene: Scene) -> list[str]:
@@ -220,13 +240,25 @@ def nucleus_words(case: Result) -> str:
     """Strain and shape of the nucleus in one line, of what result.json has."""
     rest = case.rest("J1")
     mean, largest = (case.get(f"nucleus.J1_{of}") - rest for of in ("mean", "max"))
-    words = [f"J₁ − {rest:g} mean {_signed(mean, '.3g')}, largest {_signed(largest, '.3g')}"]
+    stress = case.get("nucleus.sigma_mises_max_Pa")
+    words = [f"σ up to {stress:.3g} Pa"] if math.isfinite(stress) else []
+    words.append(f"J₁ − {rest:g} mean {_signed(mean, '.3g')}, largest {_signed(largest, '.3g')}")
     deep, aspect = (case.get(f"nucleus_shape.{key}") for key in ("indentation_um", "aspect"))
     if math.isfinite(deep):
         words.append(f"{abs(deep):.2f} µm {'below' if deep > 0 else 'above'} the pillar tops")
     if math.isfinite(aspect):
         words.append(f"height over width {aspect:.3f}")
-    return "nucleus: " + "; ".join(words)
+    return "nucleus: " + ";  ".join(words)
+
+
+def contact_words(case: Result) -> str:
+    """Force and depth of the contact; "" without one."""
+    unit = "Pa µm" if case.scene.cell.geometry == "plane" else "pN"
+    force = case.get("contact.force_Pa_x_um" if unit == "Pa µm" else "contact.force_pN")
+    depth = case.get("contact.max_depth_um")
+    words = [f"force {force:.3g} {unit}"] if math.isfinite(force) else []
+    words += [f"{depth:.2g} µm into the obstacle"] if math.isfinite(depth) else []
+    return "contact: " + ";  ".join(words) if words else ""
 
 
 def _signed(value: float, form: str) -> str:
@@ -249,9 +281,7 @@ def write_legend(figure: Figure, paint: Paint, quantity: str | None, sections: b
         handles += [Swatch(fc=colour, ec="none", label=name) for name, colour in layers]
     else:
         bar = figure.add_axes((0.02, 0.32 / figure.get_figheight(), 0.33, 0.12 / figure.get_figheight()))
-        figure.colorbar(ScalarMappable(paint.norm, paint.colours), cax=bar, orientation="horizontal", extend="min")
-        bar.tick_params(labelsize=SMALL - 1, pad=1)
-        bar.set_title(field_label(quantity or ""), fontsize=SMALL, pad=2)
+        colour_bar(bar, paint, quantity or "")
     handles.append(Swatch(fc=SUBSTRATE, ec="none", label="substrate"))
     if feet:
         handles.append(Swatch(fc="none", label="feet of pillars", **FOOT))

@@ -1,29 +1,40 @@
-"""Figures 3, 5 and 7: the deformed cell of each case, to scale and, where that shows too little, magnified."""
+"""Sheets of the deformed cell of each case, to scale and, where that shows too little, magnified."""
 
 from __future__ import annotations
 
+import math
 import string
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
+import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
+from cellmech.figures.body import SUBDIVISIONS, rim_of
 from cellmech.figures.parameters import parameter
-from cellmech.figures.render import Colour, Shape, View, by_layer, picture, probe, read_shape
+from cellmech.figures.render import Colour, Shape, View, picture, read_shape
 from cellmech.figures.results import StudyResult
-from cellmech.figures.sheet import UNDEFORMED, Sheet
-from cellmech.figures.style import FADED, FAULT_COLOUR, LAWS, SMALL, SUBSTRATE, TINY
-from cellmech.figures.substrate import behind, magnified, polygons, section_words
+from cellmech.figures.sheet import UNDEFORMED, Caption, Sheet
+from cellmech.figures.space import FIELD_COLOURS, Paint, scale_of
+from cellmech.figures.style import FADED, FAULT_COLOUR, LAWS, SMALL, SUBSTRATE, TINY, field_label
+from cellmech.figures.substrate import behind, polygons, section_words
 from cellmech.results.result import Result
 from cellmech.scene.placement import placement
+from cellmech.scene.variants import value_text
 
 SEEN = 0.1  # a displacement above this share of the diameter needs no magnification
 AIM = 0.2  # a magnified one should not exceed this share
 FACTORS = (1000, 500, 200, 100, 50, 30, 20, 10, 5, 4, 3, 2)
 PX_PER_IN = 214  # of the pictures
+MOST_PANELS = 64
+LARGE, FEW_PIECES = 4, 2  # panels up to which all are large; into which edges of elements are cut in smaller ones
+MOST_COMPLAINT = 600  # characters on what is missing
+MOST_SETTINGS = 4  # of a case that are named above its panel
 
 Report: TypeAlias = Callable[[Result], Sequence[str]]
 
@@ -51,10 +62,10 @@ class Pose:
         return float(np.max(np.linalg.norm(self.shape.displacement - origin, axis=-1)))
 
 
-def read_pose(case: Result) -> Pose:
-    """Read a case's last field file."""
+def read_pose(case: Result, quantity: str | None = None, pieces: int = SUBDIVISIONS) -> Pose:
+    """Read a case's last field file, and a scalar of it; `pieces` as a `Body` has them."""
     t_s, path = case.last_fields()
-    shape = read_shape(path, case.scene)
+    shape = read_shape(path, case.scene, quantity, pieces)
     corners, moves = shape.reference.reshape(-1, 2), shape.displacement.reshape(-1, 2)
     lowest = int(np.argmin(corners[:, 1]))
     centre = np.array([placement(case.scene).centre[0], corners[lowest, 1] + case.scene.radius_um])
@@ -81,45 +92,115 @@ def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
 
 
-def draw_shapes(study: StudyResult, report: Report | None = None) -> Figure:
-    """Draw the figure: a column for each case; true shapes above, magnified ones below.
+def draw_shapes(
+    study: StudyResult,
+    report: Report | None = None,
+    quantity: str | None = None,
+    magnify: bool = False,
+    px_per_in: int = PX_PER_IN,
+) -> Figure:
+    """Draw the deformed cell of each case, true to scale.
 
     Args:
-        study: its cases.
-        report: lines to stand below a case's column.
+        study: its cases; of more than `MOST_PANELS` the first are drawn, and the figure says so.
+        report: lines to stand below a case's panel.
+        quantity: a scalar of the field files to colour by, on one scale for all; None to colour the layers.
+        magnify: whether a second panel shows each case's displacements magnified, where true ones show too little.
+        px_per_in: resolution of the panels.
 
     Raises:
         InputError: for a field file that is missing or broken.
-        CellmechError: when pictures cannot be drawn on this machine.
     """
-    cases = study.holding("fields.pvd")
-    probe()
-    poses = {name: read_pose(case) for name, case in cases.items()}
-    factor = magnification(list(poses.values()))
-    words = {name: report(case) for name, case in cases.items()} if report else {}
-    lines = max(map(len, words.values()), default=0)
-    sheet = Sheet(len(study.varied), _view(list(poses.values()), factor), factor, lines)
-    for column, name in enumerate(study.varied):
-        pose = poses.get(name)
+    names = list(study.varied)[:MOST_PANELS]
+    cases = {name: case for name, case in study.holding("fields.pvd").items() if name in names}
+    pieces = SUBDIVISIONS if len(names) <= LARGE else FEW_PIECES
+    poses = {name: read_pose(case, quantity, pieces) for name, case in cases.items()}
+    factor = magnification(list(poses.values())) if magnify else 1
+    paint = Paint()
+    if quantity is not None:
+        norm = scale_of(np.concatenate([pose.shape.values.ravel() for pose in poses.values()]), quantity)
+        paint = Paint(norm, matplotlib.colormaps[FIELD_COLOURS])
+    shared = shared_words(poses.values())
+    captions = [_caption(study, index, name, poses.get(name), shared) for index, name in enumerate(names)]
+    reports = [report(cases[name]) if name in cases else () for name in names] if report else ()
+    view = _view(list(poses.values()), factor)
+    lead, notes = ",  ".join(shared), _notes(study, factor)
+    sheet = Sheet(study.title, lead, captions, view, factor, reports, notes, with_bar=quantity is not None)
+    for index, name in enumerate(names):
         for row in range(sheet.rows):
-            axes = sheet.panel(row, column)
-            if pose is not None:
-                _draw_panel(axes, pose, sheet, factor if row else 1)
-            if row == 0:
-                _name(axes, caption(name, study.varied[name]), string.ascii_lowercase[column % 26], pose)
-            if column == 0:
+            axes = sheet.panel(index, row)
+            if name in poses:
+                _draw_panel(axes, poses[name], sheet, factor if row else 1, paint, px_per_in)
+            if sheet.rows == 2 and index % sheet.columns == 0:
                 label = "true scale" if row == 0 else f"displacements × {factor}"
-                axes.set_ylabel(label, fontsize=13, weight="bold", labelpad=8)
-        sheet.write_below(column, words.get(name, ()))
-    sheet.finish(study)
+                axes.set_ylabel(label, fontsize=sheet.size, weight="bold", labelpad=8)
+    sheet.finish(study, None if quantity is None else lambda axes: colour_bar(axes, paint, quantity))
     return sheet.figure
+
+
+def shared_words(poses: Iterable[Pose]) -> list[str]:
+    """What is said of all cases at once: law, time, plane of the section, where these are the same."""
+    found = [
+        (", ".join(LAWS[law].label for law in pose.case.scene.laws()), _time(pose), section_words(pose.case.scene))
+        for pose in poses
+    ]
+    return [next(iter(words)) for words in map(set, zip(*found, strict=True)) if len(words) == 1 and words != {""}]
+
+
+def _time(pose: Pose) -> str:
+    return f"FAILED: last state, t = {pose.t_s:,.0f} s" if pose.case.failure else f"t = {pose.t_s:,.0f} s"
+
+
+def _notes(study: StudyResult, factor: int) -> list[tuple[str, str]]:
+    notes = [(study.complaint(MOST_COMPLAINT), FAULT_COLOUR)] if study.faults() else []
+    if (more := len(study.varied) - MOST_PANELS) > 0:
+        notes.append((f"The first {MOST_PANELS} of {MOST_PANELS + more} cases.", FAULT_COLOUR))
+    if factor > 1:
+        note = f"displacements from the lowest point of the cell are drawn {factor} times too large, without substrate."
+        notes.append((f"Lower panels: {note}", "black"))
+    return notes
+
+
+def _caption(study: StudyResult, index: int, name: str, pose: Pose | None, shared: Sequence[str]) -> Caption:
+    """The case, and the state that is shown."""
+    head, settings = caption(name, study.varied[name])
+    if settings and _made_of_settings(study, name):
+        head, settings = settings, ""  # of which the name is made
+    count = min(len(study.varied), MOST_PANELS)
+    if count == 1 and study.title:
+        head = ""
+    elif count > 1:
+        number = string.ascii_lowercase[index] if count <= len(string.ascii_lowercase) else str(index + 1)
+        head = f"({number})  {head}"
+    if pose is None:
+        return Caption(head, ";  ".join(filter(None, [settings, "no result: see below"])), True)
+    case = pose.case
+    laws = ", ".join(LAWS[law].label for law in case.scene.laws())
+    own = [laws if laws != caption(name, study.varied[name])[0] else "", _time(pose), section_words(case.scene)]
+    words = [settings, *(word for word in own if word not in shared)]
+    words.append(f"largest displacement {pose.largest():.2f} µm")
+    if math.isfinite(stress := case.get("nucleus.sigma_mises_max_Pa")):
+        words.append(f"σ in the nucleus up to {stress:.3g} Pa")
+    return Caption(head, ";  ".join(filter(None, words)), bool(case.failure))
+
+
+def case_name(study: StudyResult, name: str) -> str:
+    """A case in a legend: what sets it apart, or its name where that says more."""
+    head, settings = caption(name, study.varied.get(name, {}))
+    return settings if settings and _made_of_settings(study, name) else head
+
+
+def _made_of_settings(study: StudyResult, name: str) -> bool:
+    """Whether a case has its name from what is varied, as sweeps name theirs."""
+    return "=" in name or name in [value_text(value) for value in study.varied.get(name, {}).values() if value is not None]
 
 
 def caption(name: str, varied: Mapping[str, object]) -> tuple[str, str]:
     """The name of a case, and what else sets it apart."""
     law = LAWS.get(str(varied.get("cell.law", name)))
     rest = {key: value for key, value in varied.items() if key != "cell.law"}
-    settings = ",  ".join(parameter(key).setting(value) for key, value in rest.items())
+    few = rest if len(rest) <= MOST_SETTINGS else {}
+    settings = ",  ".join(parameter(key).setting(value) for key, value in few.items())
     return (law.label if law else name), settings
 
 
@@ -133,58 +214,58 @@ def _view(poses: list[Pose], factor: int) -> View:
     return float(x0 - 0.3 * r), float(x1 + 0.3 * r), float(y0 - 0.55 * r), float(y1 + 0.1 * r)
 
 
-def _draw_panel(axes: Axes, pose: Pose, sheet: Sheet, factor: int) -> None:
+def _draw_panel(axes: Axes, pose: Pose, sheet: Sheet, factor: int, paint: Paint, px_per_in: int) -> None:
     scene, true, view = pose.case.scene, factor == 1, sheet.view
-    ground = polygons(scene, view) if true else [magnified(scene, pose.centre + pose.pivot, view, factor)]
     corners = pose.shape.moved(pose.pivot, factor)
-    parts: list[tuple[np.ndarray, Colour]] = [(of, FADED) for of in behind(scene) if true]
-    parts += [(of, SUBSTRATE if true else FADED) for of in ground]
-    parts.append((corners, by_layer(pose.shape.layer)))
-    image = picture(parts, view, round(PX_PER_IN * sheet.wide))
+    parts: list[tuple[np.ndarray, Colour]] = []
+    if true:
+        parts = [(of, FADED) for of in behind(scene)] + [(of, SUBSTRATE) for of in polygons(scene, view)]
+    parts.append((corners, paint(pose.shape)))
+    image = picture(parts, view, round(px_per_in * sheet.wide))
     axes.imshow(image, extent=view, interpolation="antialiased", aspect="equal")
+    if paint.norm is not None:
+        axes.add_collection(LineCollection(list(rim_of(corners, pose.shape.layer)), color="black", lw=0.8))
     angle = np.linspace(0, 2 * np.pi, 361)
     circle = np.column_stack([np.cos(angle), np.sin(angle)])
     for radius in (scene.radius_um, scene.nucleus_radius_um):
         axes.plot(*(pose.centre + (0.0 if true else pose.pivot) + radius * circle).T, **UNDEFORMED)
     axes.set(xlim=view[:2], ylim=view[2:])
-    scale_bar(axes, view, factor)
-    if not true:
-        note: dict[str, Any] = dict(ha="right", fontsize=TINY, color="#555555")
-        axes.text(0.975, 0.035, "substrate:\nsee note", transform=axes.transAxes, **note)
+    scale_bar(axes, view, factor, sheet.wide)
 
 
-def scale_bar(axes: Axes, view: View, factor: int) -> None:
-    """Lengths at the lower left: of places, and of displacements where these are magnified."""
+def colour_bar(axes: Axes, paint: Paint, quantity: str) -> None:
+    """A field's scale, lying, its name above it."""
+    figure = axes.get_figure()
+    assert isinstance(figure, Figure)
+    figure.colorbar(ScalarMappable(paint.norm, paint.colours), cax=axes, orientation="horizontal", extend="min")
+    axes.tick_params(labelsize=SMALL - 1, pad=1)
+    axes.set_title(field_label(quantity), fontsize=SMALL, pad=2)
+
+
+def scale_bar(axes: Axes, view: View, factor: int, wide_in: float) -> None:
+    """Lengths at the lower left: of places, and of displacements where these are magnified.
+
+    Args:
+        axes: to draw on.
+        view: what they show [µm].
+        factor: of the displacements.
+        wide_in: width of the axes [inches].
+    """
     width = view[1] - view[0]
+    inch = width / wide_in
     length = _round_length(width / 5)
     bars = [(length, f"{length:g} µm")]
     if factor > 1:
         moved = _round_length(1.2 * length / factor)
-        bars = [(length, f"{length:g} µm, cell"), (moved * factor, f"{moved:g} µm, displacement")]
+        bars = [(length, f"{length:g} µm"), (moved * factor, f"{moved:g} µm displaced")]
     for index, (drawn, text) in enumerate(bars):
-        x, y = view[0] + 0.035 * width, view[2] + (0.04 + 0.062 * (len(bars) - 1 - index)) * width
-        axes.plot([x, x + drawn], [y, y], color="black", lw=3.2, solid_capstyle="butt")
+        x, y = view[0] + 0.09 * inch, view[2] + (0.12 + 0.19 * (len(bars) - 1 - index)) * inch
+        axes.plot([x, x + drawn], [y, y], color="black", lw=3.2 if wide_in > 2.2 else 2.2, solid_capstyle="butt")
         box = dict(boxstyle="square,pad=0.1", fc="white", ec="none", alpha=0.7)
-        axes.text(x + drawn + 0.02 * width, y, text, va="center", fontsize=SMALL, bbox=box)
+        size = SMALL if wide_in > 2.2 else TINY - 1
+        axes.text(x + drawn + 0.06 * inch, y, text, va="center", fontsize=size, bbox=box)
 
 
 def _round_length(most: float) -> float:
     power = 10.0 ** np.floor(np.log10(most))
     return float(next(n for n in (5, 2, 1) if n * power <= most) * power)
-
-
-def _name(axes: Axes, captions: tuple[str, str], letter: str, pose: Pose | None) -> None:
-    """The case, and the state that is shown."""
-    name, settings = captions
-    settings = ",  ".join(filter(None, [settings, section_words(pose.case.scene) if pose else ""]))
-    text, colour = "no result: see below", FAULT_COLOUR
-    if pose is not None and pose.case.failure:
-        text = f"FAILED: last state, t = {pose.t_s:,.0f} s"
-    elif pose is not None:
-        law = pose.case.scene.cell.law
-        which = "" if name == LAWS[law].label else f"{LAWS[law].label},  "
-        text, colour = f"{which}t = {pose.t_s:,.0f} s;  largest displacement {pose.largest():.2f} µm", "black"
-    place: dict[str, Any] = dict(xycoords="axes fraction", textcoords="offset points", ha="center")
-    axes.set_title(f"({letter})  {name}", fontsize=13, weight="bold", pad=38 if settings else 22)
-    axes.annotate(settings, (0.5, 1.0), (0, 22), fontsize=SMALL + 1, **place)
-    axes.annotate(text, (0.5, 1.0), (0, 6), fontsize=SMALL, color=colour, **place)

@@ -14,7 +14,7 @@ from matplotlib.colors import Colormap, LogNorm, Normalize
 
 from cellmech.figures.body import INSIDE, Body, Patch
 from cellmech.figures.ground import PILLAR, Ground, from_axis
-from cellmech.figures.render import WINDOW, View, by_layer, look, shot, surface_of, window
+from cellmech.figures.render import WINDOW, Shape, View, by_layer, look, shot, surface_of, window
 from cellmech.figures.style import FADED, LAYER_COLOURS, SUBSTRATE
 from cellmech.scene.scene import Scene
 
@@ -23,6 +23,7 @@ AROUND = 1.45  # radii from the cell's axis to the rim of what it stands on
 DEEPEST = 1.2  # radii below the cell's lowest point down to which substrate is drawn
 LINE, LINE_PX = 0.004, 6.0  # of the nucleus's outline: radius, in radii of the rim, and width
 LIT: dict[str, Any] = dict(ambient=0.4, diffuse=0.65)
+FIELD_COLOURS = "viridis"
 DECADES = 3  # of a stress that are told apart below its largest value
 
 
@@ -38,7 +39,7 @@ class Paint:
     norm: Normalize | None = None
     colours: Colormap | None = None
 
-    def __call__(self, patch: Patch) -> np.ndarray:
+    def __call__(self, patch: Patch | Shape) -> np.ndarray:
         """Colours of its corners, 0 to 255, shape (n, 3, 3)."""
         if self.norm is None or self.colours is None:
             return by_layer(patch.layer)

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from cellmech.surroundings import changed_environment
 
 try:
@@ -20,7 +22,10 @@ except ValueError:  # MPLBACKEND names what is no backend; figures are files and
         del sys.modules[name]  # half loaded
     with changed_environment({"MPLBACKEND": None}):
         import matplotlib
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
+from matplotlib.textpath import text_to_path
 
 from cellmech.errors import InputError
 from cellmech.figures.results import StudyResult
@@ -71,7 +76,16 @@ LINES: dict[str, tuple[float, Any, float]] = {  # width, dash, order
     "yeoh": (2.2, (0, (7, 1.5, 1.5, 1.5)), 2.5),
 }
 OTHER_LINE = (1.8, (0, (4, 2)), 2.55)
+OTHER_COLOURS = "viridis"
 LAWS = {name: LawStyle(law.label, law.colour, *LINES.get(name, OTHER_LINE)) for name, law in laws.LAWS.items()}
+
+
+def looks_of(names: Sequence[str]) -> dict[str, LawStyle]:
+    """How to draw the curves of cases: those that are laws as always, others in colours from dark to light."""
+    others = [name for name in names if name not in LAWS]
+    shades = matplotlib.colormaps[OTHER_COLOURS](np.linspace(0.0, 0.88, max(len(others), 1)))
+    looks = {name: LawStyle(name, to_hex(shade), 1.8, "-", 2.5) for name, shade in zip(others, shades, strict=False)}
+    return {name: LAWS.get(name) or looks[name] for name in names}
 
 
 @dataclass(frozen=True)
@@ -127,6 +141,11 @@ def field_label(name: str) -> str:
     return re.sub(r"_Pa$", " [Pa]", name).replace("_", " ")
 
 
+def scalar(name: str) -> str:
+    """The scalar of the field files that is meant by a name with or without its unit."""
+    return f"{name}_Pa" if name in ("sigma_mises", "pressure") else name
+
+
 @contextmanager
 def styled() -> Iterator[None]:
     """The figures' fonts, whatever matplotlibrc says."""
@@ -157,6 +176,37 @@ def save(figure: Figure, out: Path, stem: str) -> list[Path]:
     except OSError as error:
         raise InputError("--out", str(out), f"cannot be written to ({error.strerror or error})") from None
     return paths
+
+
+def wrapped(text: str, width_in: float, size: float, weight: str = "normal") -> list[str]:
+    """A text in lines that are no wider than so many inches, broken where two spaces stand, else between words.
+
+    Args:
+        text: as matplotlib takes it, with symbols between dollars.
+        width_in: of a line [inches].
+        size: of the font [points].
+        weight: of the font.
+    """
+    font = FontProperties(family=RC["font.family"], size=size, weight=weight)
+
+    def fits(line: str) -> bool:
+        bare = re.sub(r"[${}_]|mathrm|\\\\", "", line)  # symbols as wide as their letters: typesetting takes long
+        return float(text_to_path.get_text_width_height_descent(bare, font, False)[0]) <= 72 * width_in
+
+    lines, here = [], ""
+    for phrase in text.split("  "):  # these stay together if they can
+        for word in [phrase] if fits(phrase) else phrase.split(" "):
+            joined = f"{here}{' ' * (1 if word != phrase else 2)}{word}" if here else word
+            if here and not fits(joined):
+                lines.append(here)
+                joined = word
+            while "$" not in joined and not fits(joined):
+                cut = max((n for n in range(1, len(joined)) if fits(joined[:n])), default=1)
+                cut = joined.rfind(",", 0, cut) + 1 or cut
+                lines.append(joined[:cut])
+                joined = joined[cut:]
+            here = joined
+    return [*lines, here] if here else lines
 
 
 def printed(value: float) -> str:

@@ -79,21 +79,3 @@ def band(x: np.ndarray, top: np.ndarray, bottom: float) -> np.ndarray:
             np.stack([below[1:], above[1:], above[:-1]], axis=1),
         ]
     )
-
-
-def magnified(scene: Scene, centre: np.ndarray, view: tuple[float, float, float, float], factor: float) -> np.ndarray:
-    """The substrate below a cell, its distance from the cell's first outline magnified like the displacements.
-
-    So what touches in truth touches here, and a gap is as many times wider as the displacement that would close it.
-
-    Args:
-        scene: the scene.
-        centre: of the first outline as it is drawn [µm].
-        view: what is shown [µm].
-        factor: of the displacements.
-    """
-    r = scene.radius_um
-    x = centre[0] + r * np.linspace(-1.0, 1.0, 801)
-    outline = centre[1] - np.sqrt(np.maximum(r**2 - (x - centre[0]) ** 2, 0.0))
-    surface = np.maximum(surface_at(scene, x), view[2] - 1e3 * r)
-    return band(x, np.minimum(outline + factor * (surface - outline), view[3]), view[2])

@@ -69,6 +69,7 @@ def parser() -> argparse.ArgumentParser:
     )
     add("--accuracy", action="store_true", help="solve each case refined, too, and report the error of every number")
     add("--shard", metavar="I/N", help="take every N-th of the cases, from the I-th on: for N machines at once")
+    add("--no-pictures", action="store_true", help="leave no pictures of the deformed cells")
     add("--quiet", action="store_true", help="print errors and one last line only")
     add("--json", action="store_true", help="print one JSON object and, like --quiet, errors: for scripts")
     add("-h", "--help", action="store_true", help="print this and stop")

@@ -201,6 +201,7 @@ def close(command: Command, agenda: Agenda, solved: Mapping[str, Record]) -> int
         CellmechError: the tables cannot be written.
     """
     from cellmech.runs.agenda import attach_errors, share_with_twin
+    from cellmech.runs.pictures import leave_pictures
 
     shared = {twin.label: share_with_twin(twin, job, solved[job.label]) for twin, job in agenda.twins}
     results, studies = {**agenda.known, **solved, **shared}, []
@@ -217,6 +218,8 @@ def close(command: Command, agenda: Agenda, solved: Mapping[str, Record]) -> int
             name: {key: record[key] for key in record if key not in ("files", SEAL)} for name, record in here.items()
         }
         studies.append({"study": order.study.stem, "title": order.study.title, "out": str(order.out), "cases": bare})
+        if not command.options.no_pictures:
+            leave_pictures(order, here, command.options.quiet)
         if command.options.json:
             continue
         good = sum(result["status"] == "solved" for result in here.values())

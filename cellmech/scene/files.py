@@ -59,9 +59,9 @@ def scene_to_toml(scene: Scene) -> str:
 
 
 def scene_hash(scene: Scene) -> str:
-    """SHA-256 of everything that bears on the result: not the title, and a layer's law and poisson resolved."""
+    """SHA-256 of all that bears on the result: not the title, nor pictures; a layer's law and poisson resolved."""
     data = _data(scene)
-    del data["title"]
+    del data["title"], data["output"]["pictures"]
     for name in LAYER_NAMES:
         data["layer"][name] |= {"law": scene.layer_law(name), "poisson": scene.layer_poisson(name)}
     return hashlib.sha256(json.dumps(data, sort_keys=True, allow_nan=False).encode()).hexdigest()

@@ -393,7 +393,9 @@ class Mesh(Table):
 
 
 class Output(Table):
-    """Times [s] at which fields are written besides the end."""
+    """Times [s] at which fields are written besides the end, and whether a run leaves pictures."""
 
     times_s: tuple[Annotated[float, Number("s", above=0, most=1e12)], ...] = ()
     """Times at which field files are written besides the end, rising."""
+    pictures: bool = True
+    """Whether a run leaves a picture of the case; it bears on no number, and changing it solves nothing again."""
