@@ -9,6 +9,8 @@ FIGURES = $(RESULTS)/figures
 SETUP := tools/setup.sh
 PYTHON := .venv/bin/python
 STUDY := mpirun -n $(N) $(PYTHON) -m cellmech.study
+# For what has figures of its own:
+RUN := $(STUDY) --no-pictures
 PLOTS := $(PYTHON) -m cellmech.plots
 PAPER := $(PYTHON) -m studies.paper
 WITH = $(if $(SETTINGS),--set $(SETTINGS)) $(ARGS)
@@ -67,10 +69,10 @@ paper: ## the whole paper: 57 runs, every figure and table, the comparison, the 
 	@$(MAKE) --keep-going paper-runs taken-over $(DRAWN:%=draw-%) compare report
 
 paper-runs: setup ## the paper's 57 runs, without pictures
-	$(STUDY) $(RUNS:%=studies/%.toml) --out $(RESULTS) $(WITH)
+	$(RUN) $(RUNS:%=studies/%.toml) --out $(RESULTS) $(WITH)
 
 taken-over: setup
-	$(STUDY) $(TAKEN_OVER:%=studies/%.toml) --out $(RESULTS) $(WITH)
+	$(RUN) $(TAKEN_OVER:%=studies/%.toml) --out $(RESULTS) $(WITH)
 
 # Cases that are solved already, in whichever study, are not solved again.
 fig1: draw-fig1 ## Figure 1: the initial geometry
@@ -89,7 +91,7 @@ fig2 fig3 fig4 fig5 fig6 fig7 table3:
 	@$(MAKE) --keep-going run-$@ draw-$@
 
 run-%: setup
-	$(STUDY) studies/$*.toml --out $(RESULTS)/$* $(WITH)
+	$(RUN) studies/$*.toml --out $(RESULTS)/$* $(WITH)
 
 draw-fig1 draw-table1 draw-table2: draw-%: setup
 	$(PLOTS) $* --out $(FIGURES)
@@ -109,7 +111,7 @@ report: ## one page with every figure, the comparison and the runs
 audit: audit-runs ## which open inputs bring which printed numbers, one and two at a time
 # That some of these runs have no solution is what they are to show.
 audit-runs: setup
-	-$(STUDY) $(AUDITS:%=studies/%.toml) --out $(RESULTS) $(WITH)
+	-$(RUN) $(AUDITS:%=studies/%.toml) --out $(RESULTS) $(WITH)
 
 # The reading of the paper that fits best, as studies.paper.readings names it.
 EFFECTIVE := twice-6
@@ -157,7 +159,7 @@ check: lint test ## lint, then the tests
 
 # Some cases are there to stop: the table judges every verdict.
 hard-cases: setup ## what is hard to solve, or must stop: verdicts, with the plain script beside them
-	-$(STUDY) studies/hard-cases.toml --out $(RESULTS)/hard-cases $(WITH)
+	-$(RUN) studies/hard-cases.toml --out $(RESULTS)/hard-cases $(WITH)
 	$(PYTHON) benchmarks/hard_cases.py --results $(RESULTS)/hard-cases
 
 speed-error: setup ## speed against error, beside a plain FEniCSx script: table and plot
@@ -167,7 +169,7 @@ speed: setup ## whether the package has become slower: its cost over the plain s
 	$(PYTHON) benchmarks/ratios.py $(ARGS)
 
 accuracy: setup ## the error of every number of the paper's 57 runs, from refined runs, and one table of it
-	$(STUDY) $(RUNS:%=studies/%.toml) --out $(RESULTS) --accuracy $(WITH)
+	$(RUN) $(RUNS:%=studies/%.toml) --out $(RESULTS) --accuracy $(WITH)
 	$(PYTHON) benchmarks/accuracy_table.py --results $(RESULTS) --out $(RESULTS)/accuracy
 
 defaults: setup ## error against cost of other meshes, smoothings and quadratures than the default

@@ -104,7 +104,15 @@ def draw_field(result: Result, quantity: str, magnify: float = 1.0, axes: Axes |
         InputError: for a field that is not there, or a broken file.
     """
     state = read_state(result, *result.last_fields(), quantity, magnify)
-    return _draw(result, state, quantity, magnify, _view([state], BELOW if magnify == 1 else 1.0), scale_of(state.values, quantity), axes)
+    return _draw(
+        result,
+        state,
+        quantity,
+        magnify,
+        _view([state], BELOW if magnify == 1 else 1.0),
+        scale_of(state.values, quantity),
+        axes,
+    )
 
 
 def make_film(result: Result, path: Path, quantity: str, magnify: float = 1.0) -> int:

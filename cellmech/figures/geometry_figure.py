@@ -22,7 +22,7 @@ ARROW: dict[str, Any] = dict(arrowstyle="<|-|>", color="black", lw=1.1, shrinkA=
 LABEL: dict[str, Any] = dict(boxstyle="round,pad=0.15", fc="white", ec="none", alpha=0.85)
 View: TypeAlias = tuple[float, float, float, float]  # x and y limits [µm]
 MAIN_IN = 6.36  # width of the drawing
-INSIDE_IN = (1.0, 1.8)  # half the width of a pillar, and its height, from which on it holds the labels of its sizes
+INSIDE_IN = (1.0, 0.9)  # half the width of a pillar, and its height, from which on it holds the labels of its sizes
 BESIDE_IN, PLACE_IN = 1.45, 2.0  # widths of labels beside it
 NOTES = {
     "plane": "symmetry axis: the right half is computed, the left one mirrored",
@@ -148,12 +148,13 @@ def _radii(axes: Axes, scene: Scene, centre: tuple[float, float]) -> None:
 
 
 def _substrate_sizes(axes: Axes, scene: Scene, view: View) -> None:
-    """Sizes of the first pillar, y_flat, the gap."""
+    """Sizes of the pillar nearest to the cell, y_flat, the gap."""
     left = True  # of the pillar's place is free for y_flat
     if arches := [one.arch for one in standing(scene)]:
-        first = arches[0] if scene.pillar else min(arches, key=lambda arch: (abs(arch.x_um), -arch.x_um))
-        _pillar_sizes(axes, first, view)
-        left = 2 * first.x_um >= view[0] + view[1]
+        middle = (view[0] + view[1]) / 2
+        first = min(arches, key=lambda arch: (round(abs(arch.x_um - middle), 9), -arch.x_um))
+        _pillar_sizes(axes, first, view, middle + 0.8 * scene.radius_um)
+        left = first.x_um >= middle
     if scene.flat is not None:
         at, offset, side = (view[0], 6, "left") if left else (view[1], -6, "right")
         text = f"$y_{{flat}}$ = {_length(scene.flat.y_um)}"
@@ -163,25 +164,31 @@ def _substrate_sizes(axes: Axes, scene: Scene, view: View) -> None:
         _say(axes, text, (view[1], view[3]), (-6, -6), ha="right", va="top", fontsize=SMALL)
 
 
-def _pillar_sizes(axes: Axes, pillar: Upright, view: View) -> None:
+def _pillar_sizes(axes: Axes, pillar: Upright, view: View, clear: float) -> None:
     """w_mp, h_mp and the place of a pillar; beside it where it is too slim to hold them."""
     x, y, w, h = pillar.x_um, pillar.y_um, pillar.half_width_um, pillar.height_um
     inch = (view[1] - view[0]) / MAIN_IN  # [µm]
     across = y + 0.3 * h
     wide = w > INSIDE_IN[0] * inch and (h > INSIDE_IN[1] * inch or w > 1.3 * INSIDE_IN[0] * inch)
-    up = x - 0.35 * w if wide else x - w - 0.12 * inch
     size = f"$w_{{mp}}$ = {_length(w)}"
     if wide:
+        up, side = x - 0.35 * w, "center"
+        at = (up, y + 0.68 * h)
         _say(axes, size, (x + 0.5 * w, across), (0, 5), ha="center")
         _say(axes, "half the width", (x + 0.5 * w, across), (0, -5), ha="center", va="top", fontsize=SMALL)
-        at, side = (up, y + 0.68 * h), "center"
+    elif x + w + BESIDE_IN * inch > view[1] and x - w > clear:  # far from the cell: above it
+        middle, top = min(x, view[1] - 0.7 * inch), y + h
+        up, at, side = x - w - 0.12 * inch, (middle, top + 0.58 * inch), "center"
+        _say(axes, size, (middle, top + 0.3 * inch), (0, 0), ha=side, va="center")
+        _say(axes, "half the width", (middle, top + 0.12 * inch), (0, 0), ha=side, va="center", fontsize=SMALL)
     else:
         right = x + w + BESIDE_IN * inch < view[1]
-        where, align = (x + w, "left") if right else (x - w - 0.12 * inch, "right")
-        look: dict[str, Any] = dict(ha=align, bbox=LABEL)
-        _say(axes, size, (where, across), (8 if right else -8, 1), va="bottom", **look)
-        _say(axes, "half the width", (where, across), (8 if right else -8, -3), va="top", fontsize=SMALL, **look)
-        at, side = (up - 0.08 * inch, y + 0.8 * h), "right"
+        out, side = (1, "left") if right else (-1, "right")
+        up = x + out * (w + 0.12 * inch)
+        at = (up + out * 0.08 * inch, max(y + (0.75 if right else 0.55) * h, across + 0.4 * inch))
+        look: dict[str, Any] = dict(ha=side, bbox=LABEL)
+        _say(axes, size, (up, across), (6 * out, 1), va="bottom", **look)
+        _say(axes, "half the width", (up, across), (6 * out, -3), va="top", fontsize=SMALL, **look)
     _arrow(axes, (x, across), (x + w, across))
     _arrow(axes, (up, y), (up, y + h))
     _say(axes, f"$h_{{mp}}$ = {_length(h)}", at, (0, 0), ha=side, va="center", bbox=LABEL)

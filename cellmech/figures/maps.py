@@ -208,7 +208,9 @@ class MapPanel:
 
 
 def _legend(figure: Figure, grid: Grid) -> None:
-    handles: list[Any] = [Patch(fc="none", ec="black", label=f"{WORDS[k]} here", **OURS[k]) for k in OURS]
+    handles: list[Any] = [
+        Patch(fc="none", ec="black", label=WORDS[k] + " here" * bool(grid.paper), **OURS[k]) for k in OURS
+    ]
     labels = {THEIRS[kind]: f"the paper's {WORDS[kind]}, as printed" for kind in THEIRS if grid.paper}
     if grid.place_of(grid.paper.get("not_converged")) is not None:
         labels[UNSOLVED] = "not solved in the paper"

@@ -40,17 +40,22 @@ def draw_outlines(study: StudyResult) -> Figure:
     starts = np.concatenate([pose.shape.reference.reshape(-1, 2) for pose in poses.values()])
     low, high = np.minimum(points.min(0), starts.min(0)), np.maximum(points.max(0), starts.max(0))
     r = first.case.scene.radius_um
-    view = float(low[0] - 0.3 * r), float(high[0] + 0.3 * r), float(low[1] - 0.4 * r), float(high[1] + 0.1 * r)
-
+    substrates = {repr((case.scene.pillar, case.scene.array, case.scene.flat)) for case in cases.values()}
+    starts_of = {
+        (*pose.centre, pose.case.scene.radius_um, pose.case.scene.nucleus_radius_um) for pose in poses.values()
+    }
+    below = 0.4 if len(substrates) == 1 else 0.15
+    view = float(low[0] - 0.3 * r), float(high[0] + 0.3 * r), float(low[1] - below * r), float(high[1] + 0.1 * r)
     names = {name: case_name(study, name) for name in cases}
     font = FontProperties(family=RC["font.family"], size=SMALL)
-    longest = max(text_to_path.get_text_width_height_descent(n.replace("$", ""), font, False)[0] for n in names.values())
+    longest = max(
+        text_to_path.get_text_width_height_descent(n.replace("$", ""), font, False)[0] for n in names.values()
+    )
     columns = max(int((WIDE_IN - 0.3) / (max(longest / 72, 1.3) + 0.6)), 1)
     rows = math.ceil((len(cases) + 1) / columns)
     wide = WIDE_IN - 0.3
     tall = wide * (view[3] - view[2]) / (view[1] - view[0])
     title = wrapped(study.title or study.folder.name, wide, 15, "bold")
-    substrates = {repr((case.scene.pillar, case.scene.array, case.scene.flat)) for case in cases.values()}
     words = ["outlines of cell (thin) and nucleus", *shared_words(poses.values())]
     words += ["substrates differ and are not drawn"] if len(substrates) > 1 else []
     lead = wrapped(",  ".join(words), wide, SMALL + 1)
@@ -72,13 +77,13 @@ def draw_outlines(study: StudyResult) -> Figure:
             edges = list(rim_of(corners, layer, outermost))
             line = LineCollection(edges, color=looks[name].colour, lw=width, zorder=3, gid=f"{outermost}:{name}")
             axes.add_collection(line)
-    if len({(*pose.centre, pose.case.scene.radius_um, pose.case.scene.nucleus_radius_um) for pose in poses.values()}) == 1:
+    if len(starts_of) == 1:
         for radius in (first.case.scene.radius_um, first.case.scene.nucleus_radius_um):
             axes.plot(*(first.centre + radius * circle).T, **UNDEFORMED)
     axes.set(xlim=view[:2], ylim=view[2:], aspect="equal")
     scale_bar(axes, view, 1, wide)
     handles = [Line2D([], [], color=looks[name].colour, lw=NUCLEUS_LINE, label=names[name]) for name in cases]
-    handles.append(Line2D([], [], label="undeformed", **UNDEFORMED))
+    handles += [Line2D([], [], label="undeformed", **UNDEFORMED)] if len(starts_of) == 1 else []
     y = height - 0.2
     for lines, size, step, weight in ((title, 15, 0.31, "bold"), (lead, SMALL + 1, 0.22, "normal")):
         for line in lines:

@@ -14,6 +14,7 @@ from cellmech.figures.style import LAWS, SMALL, TINY, LawStyle, Quantity, printe
 
 BREAK = 1.6  # the paper's maxima get a strip of their own when they are this many times ours
 LINE_HEIGHT = 0.068  # of the paper's labels, in heights of a whole panel
+LABEL_IN = 0.72  # from an axis to its label [inches]
 STEP_MARKER: dict[str, Any] = dict(ls="", marker="o", ms=2.6, mec="black", mew=0.35)
 PAPER_MARKER: dict[str, Any] = dict(ls="", marker="<", ms=6.5, mec="black", mew=0.4)
 
@@ -69,7 +70,8 @@ class Panel:
             main.plot(t, values, color=look.colour, zorder=3, **STEP_MARKER)
         (self.strip or main).set_title(f"({letter})  {q.symbol}: {self.meaning}", loc="left")
         main.set_ylabel(f"largest {q.symbol}" + f"{self.less}  [{q.unit or '–'}]")
-        main.yaxis.set_label_coords(-0.175, 0.5)
+        width = main.get_position().width * main.figure.get_figwidth()
+        main.yaxis.set_label_coords(-LABEL_IN / width, 0.5)
         main.set_xlabel("time [s]")
         for axes in filter(None, (main, self.strip)):
             axes.set_xlim(0.0, max(float(t[-1]) for t, _ in self.ours.values()) or 1.0)
@@ -117,7 +119,9 @@ class Panel:
     def mark_failure(self, case: str) -> None:
         """A cross where a failed case stopped."""
         t, values = self.ours[case]
-        self.main.plot(t[-1:], values[-1:], "X", ms=10, color=self.looks[case].colour, mec="black", clip_on=False, zorder=5)
+        self.main.plot(
+            t[-1:], values[-1:], "X", ms=10, color=self.looks[case].colour, mec="black", clip_on=False, zorder=5
+        )
 
     def mark_time(self, t_s: float, text: str) -> None:
         """A dotted line at a time [s] that lies inside the panel."""

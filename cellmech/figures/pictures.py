@@ -62,20 +62,20 @@ def draw_pictures(
     """
     from cellmech.figures.results import StudyResult, differing
     from cellmech.figures.shape_figure import draw_case
-    from cellmech.figures.shapes import draw_shapes
+    from cellmech.figures.shapes import case_name, draw_shapes
     from cellmech.figures.style import styled
     from cellmech.results.result import load
 
     found = {name: load(folder / name) for name in dict.fromkeys([*sheet, *cases])}
+    study = StudyResult(folder, found, title=title, varied=differing(found))
     if sheet:
-        there = {name: found[name] for name in sheet}
-        study = StudyResult(folder, there, title=title, varied=differing(there))
         with styled():
-            figure = draw_shapes(study, quantity=FIELD, px_per_in=PX_PER_IN)
-            yield _write(figure, sheet_of(folder), mark)
+            yield _write(draw_shapes(study, quantity=FIELD, px_per_in=PX_PER_IN), sheet_of(folder), mark)
     for name, own in cases.items():
         with styled():
-            yield _write(draw_case(found[name], FIELD, PX_PER_IN), picture_of(folder, name), own)
+            yield _write(
+                draw_case(found[name], FIELD, PX_PER_IN, case_name(study, name)), picture_of(folder, name), own
+            )
 
 
 def _write(figure: Figure, path: Path, mark: str) -> Path:

@@ -119,7 +119,9 @@ def picture(parts: Sequence[tuple[np.ndarray, Colour]], view: View, width_px: in
     """
     width, height = window(view, width_px)
     canvas = RendererAgg(width, height, 72)
-    to_pixels = Affine2D().translate(-view[0], -view[2]).scale(width / (view[1] - view[0]), height / (view[3] - view[2]))
+    to_pixels = (
+        Affine2D().translate(-view[0], -view[2]).scale(width / (view[1] - view[0]), height / (view[3] - view[2]))
+    )
     x0, x1, y0, y1 = view
     paper = np.array([[(x0, y0), (x1, y0), (x1, y1)], [(x0, y0), (x1, y1), (x0, y1)]])
     for triangles, colour in [(paper, "white"), *parts]:

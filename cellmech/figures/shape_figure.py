@@ -33,13 +33,14 @@ PALE = "#f1b5b2"  # the cell's shadow
 KINDS = {"plane": "plane strain", "axisymmetric": "axisymmetric", "3d": "3-D"}
 
 
-def draw_case(case: Result, quantity: str | None = None, px_per_in: int = PX_PER_IN) -> Figure:
+def draw_case(case: Result, quantity: str | None = None, px_per_in: int = PX_PER_IN, label: str = "") -> Figure:
     """Draw a case's last state, true to scale.
 
     Args:
         case: the case.
         quantity: a scalar of its field files to colour by; None to colour the layers.
         px_per_in: resolution.
+        label: what the case is called, instead of its name.
 
     Raises:
         InputError: for a field that is not there, or a file that is missing or broken.
@@ -55,7 +56,7 @@ def draw_case(case: Result, quantity: str | None = None, px_per_in: int = PX_PER
     else:
         view, width = _section_view(section, case.scene), WIDE_IN + 0.3
         tall = WIDE_IN * (view[3] - view[2]) / (view[1] - view[0]) + BELOW_IN
-    title, lines = caption_of(case, t_s, width - 0.4)
+    title, lines = caption_of(case, t_s, width - 0.4, label)
     figure = Figure(figsize=(width, tall + caption_in(title, lines)), dpi=px_per_in)
     height = figure.get_figheight()
 
@@ -195,8 +196,15 @@ def _name(axes: Axes, text: str) -> None:
     axes.set_title(text, fontsize=SMALL + 1, loc="left", pad=4)
 
 
-def caption_of(case: Result, t_s: float, width_in: float) -> tuple[list[str], list[str]]:
-    """Lines no wider than so many inches: title; then the model, the state that is shown, what became of the cell."""
+def caption_of(case: Result, t_s: float, width_in: float, label: str = "") -> tuple[list[str], list[str]]:
+    """Lines no wider than so many inches: title; then the model, the state that is shown, what became of the cell.
+
+    Args:
+        case: the case.
+        t_s: the time of the state [s].
+        width_in: of a line [inches].
+        label: what the case is called, instead of its name.
+    """
     scene = case.scene
     laws = ", ".join(LAWS[law].label for law in scene.laws())
     state = f"t = {t_s:,.0f} s" if not case.failure else f"FAILED: last state, t = {t_s:,.0f} s"
@@ -204,7 +212,7 @@ def caption_of(case: Result, t_s: float, width_in: float) -> tuple[list[str], li
     texts += [",  ".join(drivers_words(scene))] if scene.drivers else []
     texts += [nucleus_words(case), contact_words(case)]
     alone = case.folder.name == case.folder.parent.name  # a scene of its own, not one case of a study
-    title = scene.title if scene.title and alone else ":  ".join(filter(None, (scene.title, case.name)))
+    title = scene.title if scene.title and alone else ":  ".join(filter(None, (scene.title, label or case.name)))
     lines = [line for text in texts for line in wrapped(text, width_in, SMALL + 1)]
     return wrapped(title, width_in, TITLE_SIZE, "bold"), lines
 

@@ -192,7 +192,9 @@ def case_name(study: StudyResult, name: str) -> str:
 
 def _made_of_settings(study: StudyResult, name: str) -> bool:
     """Whether a case has its name from what is varied, as sweeps name theirs."""
-    return "=" in name or name in [value_text(value) for value in study.varied.get(name, {}).values() if value is not None]
+    return "=" in name or name in [
+        value_text(value) for value in study.varied.get(name, {}).values() if value is not None
+    ]
 
 
 def caption(name: str, varied: Mapping[str, object]) -> tuple[str, str]:

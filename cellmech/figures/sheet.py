@@ -38,7 +38,7 @@ class Caption:
 def columns_of(count: int) -> int:
     """Panels in a row: all of up to four, else as many as leave the fewest places empty."""
     least = math.ceil(math.sqrt(count))
-    return count if count <= 4 else min(range(least, math.ceil(1.4 * least) + 1), key=lambda n: (-count % n, n))
+    return count if count <= 4 else min(range(least, least + 2 + least // 4), key=lambda n: (-count % n, n))
 
 
 class Sheet:
