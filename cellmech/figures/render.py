@@ -150,8 +150,11 @@ def shot(plotter: Any) -> np.ndarray:
 
 
 def _averaged(image: np.ndarray) -> np.ndarray:
-    steps = [image[i::OVERSAMPLING, j::OVERSAMPLING] for i in range(OVERSAMPLING) for j in range(OVERSAMPLING)]
-    return (sum(step.astype(np.uint16) for step in steps) // len(steps)).astype(np.uint8)
+    total = np.zeros((image.shape[0] // OVERSAMPLING, image.shape[1] // OVERSAMPLING, 3), dtype=np.uint16)
+    for i in range(OVERSAMPLING):
+        for j in range(OVERSAMPLING):
+            total += image[i::OVERSAMPLING, j::OVERSAMPLING]
+    return (total // OVERSAMPLING**2).astype(np.uint8)
 
 
 def look(colour: Colour) -> dict[str, Any]:

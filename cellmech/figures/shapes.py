@@ -192,9 +192,8 @@ def case_name(study: StudyResult, name: str) -> str:
 
 def _made_of_settings(study: StudyResult, name: str) -> bool:
     """Whether a case has its name from what is varied, as sweeps name theirs."""
-    return "=" in name or name in [
-        value_text(value) for value in study.varied.get(name, {}).values() if value is not None
-    ]
+    values = study.varied.get(name, {}).values()
+    return "=" in name or name in [value_text(value) for value in values if isinstance(value, bool | int | float | str)]
 
 
 def caption(name: str, varied: Mapping[str, object]) -> tuple[str, str]:
@@ -239,7 +238,8 @@ def colour_bar(axes: Axes, paint: Paint, quantity: str) -> None:
     """A field's scale, lying, its name above it."""
     figure = axes.get_figure()
     assert isinstance(figure, Figure)
-    figure.colorbar(ScalarMappable(paint.norm, paint.colours), cax=axes, orientation="horizontal", extend="min")
+    mapped = ScalarMappable(paint.norm, paint.colours)
+    figure.colorbar(mapped, cax=axes, orientation="horizontal", extend="min").minorticks_off()
     axes.tick_params(labelsize=SMALL - 1, pad=1)
     axes.set_title(field_label(quantity), fontsize=SMALL, pad=2)
 

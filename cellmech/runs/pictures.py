@@ -16,7 +16,7 @@ from cellmech.figures.pictures import FOLDER, is_drawn, picture_of, sheet_of
 from cellmech.results.archive import Record
 from cellmech.runs.command import Order
 
-MOST = 25  # cases of a study that get a picture each
+MOST = 12  # cases of a study that get a picture each
 MOST_ON_SHEET = 64
 START_S, EACH_S = 60.0, 20.0  # after which drawing is given up: to begin with, and for each cell to draw
 ROOT = Path(__file__).resolve().parents[2]

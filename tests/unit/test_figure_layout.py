@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import cache
 from itertools import combinations
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 import pytest
@@ -28,6 +30,7 @@ from cellmech.results.result import load
 from cellmech.scene.scene import Scene
 from cellmech.scene.studies import load_study
 
+Studies: TypeAlias = Callable[[int], StudyResult]
 COUNTS = (1, 2, 4, 9, 25)
 TOUCH = 1.5  # pixels that boxes of texts, which are larger than their ink, may share
 
@@ -64,14 +67,16 @@ def inside(box: Bbox, edge: Bbox) -> bool:
     return bool(box.x0 >= edge.x0 - 1 and box.x1 <= edge.x1 + 1 and box.y0 >= edge.y0 - 1 and box.y1 <= edge.y1 + 1)
 
 
-def study_of(count: int, folder: Path, half_width: float = 1.5) -> StudyResult:
+@cache
+def study_of(count: int, folder: Path) -> StudyResult:
     """A sweep of so many cases over two keys, read as a run has left it."""
     side = max(round(count**0.5), 1)
     rows, columns = (1, count) if side * side != count else (side, side)
-    text = f"""title = "Pillars apart and stiff nuclei, to see whether titles as long as this one go on in the next line"
+    folder.mkdir()
+    text = """title = "Pillars apart and stiff nuclei, to see whether a title as long as this one takes another line"
 [[pillar]]
 x_um = 5.0
-half_width_um = {half_width}
+half_width_um = 1.5
 """
     if count > 1:
         text += f"""[sweep]
@@ -81,6 +86,13 @@ half_width_um = {half_width}
     (folder / "my.toml").write_text(text)
     write_named(folder / "my", load_study(folder / "my.toml"))
     return read_all(folder / "my")
+
+
+@pytest.fixture(scope="module")
+def studies(tmp_path_factory: pytest.TempPathFactory) -> Callable[[int], StudyResult]:
+    """Studies by their number of cases, each written once."""
+    folder = tmp_path_factory.mktemp("studies")
+    return lambda count: study_of(count, folder / str(count))
 
 
 DRAWN: dict[str, Callable[[StudyResult], Figure]] = {
@@ -94,20 +106,20 @@ DRAWN: dict[str, Callable[[StudyResult], Figure]] = {
 
 @pytest.mark.parametrize("count", COUNTS)
 @pytest.mark.parametrize("kind", DRAWN)
-def test_no_text_lies_on_another(tmp_path: Path, kind: str, count: int) -> None:
+def test_no_text_lies_on_another(studies: Studies, kind: str, count: int) -> None:
     with styled():
-        assert clashes(DRAWN[kind](study_of(count, tmp_path))) == []
+        assert clashes(DRAWN[kind](studies(count))) == []
 
 
 @pytest.mark.parametrize("count", (4, 9, 25, 100))
-def test_no_text_of_a_map_lies_on_another(tmp_path: Path, count: int) -> None:
+def test_no_text_of_a_map_lies_on_another(studies: Studies, count: int) -> None:
     with styled():
-        assert clashes(draw_maps(study_of(count, tmp_path), {})) == []
+        assert clashes(draw_maps(studies(count), {})) == []
 
 
 @pytest.mark.parametrize("quantity", [None, "sigma_mises_Pa"])
-def test_no_text_of_a_case_lies_on_another(tmp_path: Path, quantity: str | None) -> None:
-    study = study_of(4, tmp_path)
+def test_no_text_of_a_case_lies_on_another(studies: Studies, quantity: str | None) -> None:
+    study = studies(4)
     with styled():
         assert clashes(draw_case(next(iter(study.cases.values())), quantity)) == []
 
@@ -139,8 +151,8 @@ def test_panels_fill_their_rows(count: int, columns: int) -> None:
 
 
 @pytest.mark.parametrize("count", COUNTS)
-def test_panels_fill_the_width_of_their_sheet(tmp_path: Path, count: int) -> None:
-    figure = draw_shapes(study_of(count, tmp_path), px_per_in=20)
+def test_panels_fill_the_width_of_their_sheet(studies: Studies, count: int) -> None:
+    figure = draw_shapes(studies(count), px_per_in=20)
     places = [axes.get_position() for axes in figure.axes]
     assert min(place.x0 for place in places) * figure.get_figwidth() < 0.7
     assert (1 - max(place.x1 for place in places)) * figure.get_figwidth() < 0.3
@@ -159,8 +171,8 @@ class TestWrapped:
         assert wrapped("", 1.0, 10) == []
 
 
-def test_a_sheet_shares_one_scale_and_tells_the_stress_of_each(tmp_path: Path) -> None:
-    study = study_of(4, tmp_path)
+def test_a_sheet_shares_one_scale_and_tells_the_stress_of_each(studies: Studies) -> None:
+    study = studies(4)
     figure = draw_shapes(study, quantity="sigma_mises_Pa", px_per_in=20)
     labels = [text.get_text() for text in figure.texts]
     stresses = [case.get("nucleus.sigma_mises_max_Pa") for case in study.cases.values()]
@@ -169,9 +181,9 @@ def test_a_sheet_shares_one_scale_and_tells_the_stress_of_each(tmp_path: Path) -
     assert len(figure.axes) == 5  # with one scale
 
 
-def test_the_largest_part_of_a_picture_is_cell_and_substrate(tmp_path: Path) -> None:
+def test_the_largest_part_of_a_picture_is_cell_and_substrate(studies: Studies) -> None:
     """Not an empty canvas."""
-    case = next(iter(study_of(1, tmp_path).cases.values()))
+    case = next(iter(studies(1).cases.values()))
     canvas = FigureCanvasAgg(draw_case(load(case.folder), "sigma_mises_Pa", 40))
     canvas.draw()
     image = np.asarray(canvas.buffer_rgba())[..., :3]

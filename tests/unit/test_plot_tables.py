@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -143,15 +144,32 @@ class TestWords:
         assert caption("S3", varied["S3"]) == ("S3", "$c_{f,l}$ = 0.7,  $c_{f,np}$ = 0.9,  $E_l$ = 10 Pa")
         assert caption("yeoh", {"cell.law": "yeoh"}) == ("Yeoh", "")
 
-    def test_a_key_without_a_symbol_is_called_by_its_name(self) -> None:
-        assert parameter("load.factor").setting(8.0) == "load.factor = 8"
-        assert parameter("load.factor").axis_label == "load.factor  [–]"
+    def test_a_key_without_a_symbol_is_called_by_its_words_and_unit(self) -> None:
+        assert parameter("load.factor").setting(8.0) == "load factor = 8"
+        assert parameter("load.factor").axis_label == "load factor  [–]"
+        assert parameter("pillar.0.x_um").axis_label == "pillar 0 x  [µm]"
+        assert parameter("contact.penalty_Pa_per_um").setting(50.0) == "contact penalty = 50 Pa/µm"
+        assert parameter("layer.cytosol.young_Pa").setting(9.5) == "Young's modulus of the cytosol = 9.5 Pa"
+        assert parameter("medium.viscosity_Pa_s").axis_label == "medium viscosity  [Pa s]"
 
     def test_values_are_found_by_dotted_keys(self) -> None:
         assert value_at(Scene(), "pillar.0.half_width_um") == 10.0
         assert value_at(Scene(), "pillar.1.half_width_um") is None
         assert value_at(Scene.model_validate({"flat": False}), "flat.y_um") is None
 
-    def test_curves_of_cases_that_are_no_laws_are_refused(self, files: Path) -> None:
-        with pytest.raises(InputError, match="named after a law"):
-            draw_curves(read_planned(files, SIMULATIONS), {})
+    def test_curves_of_any_cases_are_drawn_in_colours_of_their_own(self, files: Path) -> None:
+        figure = draw_curves(read_planned(files, SIMULATIONS))
+        labels = [text.get_text() for text in figure.legends[0].get_texts()]
+        assert labels == ["S1", "S2", "S3", "computed time step"]
+        found = [line for line in figure.axes[0].lines if (line.get_gid() or "").startswith("law:")]
+        assert len({line.get_color() for line in found}) == len(found) == 3
+
+    def test_curves_of_end_states_are_refused_with_what_would_help(self, files: Path, tmp_path: Path) -> None:
+        study = read_planned(files, SIMULATIONS)
+        for name, case in list(study.cases.items()):
+            rows = (case.folder / "history.csv").read_text().splitlines()
+            (tmp_path / name).mkdir()
+            (tmp_path / name / "history.csv").write_text("\n".join([rows[0], rows[-1]]))
+            study.cases[name] = replace(case, folder=tmp_path / name)
+        with pytest.raises(InputError, match=r"no case with several times.*time\.history = true"):
+            draw_curves(study)

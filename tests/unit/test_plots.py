@@ -13,7 +13,7 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import rgb_to_hsv, to_hex, to_rgb
 from matplotlib.figure import Figure
-from plot_files import CENTRE, LAWS, peaks, sag, write_case, write_study
+from plot_files import CENTRE, LAWS, peaks, sag, write_ball, write_case, write_study
 
 from cellmech.errors import CellmechError, InputError
 from cellmech.figures import render as render
@@ -22,6 +22,7 @@ from cellmech.figures.geometry_figure import draw_geometry
 from cellmech.figures.number_tables import fig2_table
 from cellmech.figures.plots import PAPER_NUMBERS
 from cellmech.figures.results import StudyResult, read_study
+from cellmech.figures.shape_figure import draw_case
 from cellmech.figures.shapes import draw_shapes, magnification, read_pose
 from cellmech.figures.style import LAWS as LOOKS
 from cellmech.figures.style import LAYER_COLOURS, SUBSTRATE, printed, provenance, save, spread, styled
@@ -336,7 +337,14 @@ class TestShapes:
     ) -> None:
         monkeypatch.setattr(render, "PROBE", probe)
         with pytest.raises(CellmechError, match=rf"{why}.*libegl1"):
-            draw_shapes(read_study(write_study(tmp_path, LAWS[:1]), LAWS))
+            draw_case(load(write_ball(tmp_path / "ball", np.zeros_like)))
+
+    def test_magnified_cells_stand_without_substrate(self, tmp_path: Path) -> None:
+        figure = draw_shapes(read_study(write_study(tmp_path, LAWS[:2]), LAWS[:2]), magnify=True, px_per_in=50)
+        grey = [int(SUBSTRATE[i : i + 2], 16) for i in (1, 3, 5)]
+        shares = [np.mean(np.all(np.asarray(axes.images[0].get_array()) == grey, axis=-1)) for axes in figure.axes]
+        assert [share > 0.05 for share in shares] == [True, False, True, False]
+        assert shares[1] == shares[3] == 0.0
 
 
 class TestTable:

@@ -279,7 +279,7 @@ class TestFigure:
             "from above: shadows of cell and nucleus",
         ]
         found = texts(figure)
-        strains, shape = "J₁ − 3 mean 0.25, largest 0.5", "4.50 µm above the pillar tops; height over width 0.960"
+        strains, shape = "J₁ − 3 mean 0.25, largest 0.5", "4.50 µm above the pillar tops;  height over width 0.960"
         for part in ("3-D", "t = 18,000 s", strains, shape):
             assert part in found
         for axes in figure.axes:  # true to scale, with a bar of 5 µm
