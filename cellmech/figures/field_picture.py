@@ -17,7 +17,7 @@ from matplotlib.tri import Triangulation
 from cellmech.errors import InputError
 from cellmech.figures.body import START, read_body, rim_of
 from cellmech.figures.film import write_film
-from cellmech.figures.space import scale_of
+from cellmech.figures.space import beyond, scale_of
 from cellmech.figures.style import FADED, SUBSTRATE, field_label
 from cellmech.figures.substrate import behind, polygons, section_words
 from cellmech.results.result import Result
@@ -165,5 +165,5 @@ def _draw(
     notes = [section_words(scene), "" if true else f"displacements × {magnify:g}, substrate not drawn"]
     below = ";  ".join(filter(None, notes))
     axes.set_title(f"{result.scene.title or result.name}, t = {state.t_s:,.0f} s" + f"\n{below}" * bool(below))
-    figure.colorbar(image, ax=axes, label=field_label(quantity))
+    figure.colorbar(image, ax=axes, label=field_label(quantity), extend=beyond(norm))
     return figure

@@ -38,7 +38,7 @@ class Grid:
     def __init__(self, study: StudyResult, paper: Mapping[str, Any]) -> None:
         keys = list(next(iter(study.varied.values()), {}))
         if len(keys) != 2:
-            hint = "Give its study file with --study."
+            hint = "Such as a [sweep] with two lists."
             raise InputError(str(study.folder), "sweep", "a map needs a study that varies two keys", keys, hint)
         self.study, self.paper = study, paper
         self.y, self.x = map(parameter, keys)

@@ -20,7 +20,7 @@ from cellmech.figures.parameters import parameter
 from cellmech.figures.render import Colour, Shape, View, picture, read_shape
 from cellmech.figures.results import StudyResult
 from cellmech.figures.sheet import UNDEFORMED, Caption, Sheet
-from cellmech.figures.space import FIELD_COLOURS, Paint, scale_of
+from cellmech.figures.space import FIELD_COLOURS, Paint, beyond, scale_of
 from cellmech.figures.style import FADED, FAULT_COLOUR, LAWS, SMALL, SUBSTRATE, TINY, field_label
 from cellmech.figures.substrate import behind, polygons, section_words
 from cellmech.results.result import Result
@@ -239,7 +239,7 @@ def colour_bar(axes: Axes, paint: Paint, quantity: str) -> None:
     figure = axes.get_figure()
     assert isinstance(figure, Figure)
     mapped = ScalarMappable(paint.norm, paint.colours)
-    figure.colorbar(mapped, cax=axes, orientation="horizontal", extend="min").minorticks_off()
+    figure.colorbar(mapped, cax=axes, orientation="horizontal", extend=beyond(paint.norm)).minorticks_off()
     axes.tick_params(labelsize=SMALL - 1, pad=1)
     axes.set_title(field_label(quantity), fontsize=SMALL, pad=2)
 

@@ -24,6 +24,7 @@ DEEPEST = 1.2  # radii below the cell's lowest point down to which substrate is 
 LINE, LINE_PX = 0.004, 6.0  # of the nucleus's outline: radius, in radii of the rim, and width
 LIT: dict[str, Any] = dict(ambient=0.4, diffuse=0.65)
 FIELD_COLOURS = "viridis"
+OUTLIERS = 1.0  # percent of the values
 DECADES = 3  # of a stress that are told apart below its largest value
 
 
@@ -48,11 +49,20 @@ class Paint:
 
 
 def scale_of(values: np.ndarray, quantity: str) -> Normalize:
-    """A scale for a field's values: of a stress the decades below its largest, as layers differ a hundredfold."""
+    """A scale for a field's values, which few at a contact or in the lamina must not set alone.
+
+    Of a stress the decades below its largest, as layers differ a hundredfold; of others all but `OUTLIERS` at each end.
+    """
     low, high = float(values.min()), float(values.max())
     if quantity.endswith("_Pa") and low >= 0.0 < high:
         return LogNorm(max(low, high / 10**DECADES), high, clip=True)
-    return Normalize(low, high if high > low else low + 1.0)
+    low, high = (float(end) for end in np.percentile(values, [OUTLIERS, 100 - OUTLIERS]))
+    return Normalize(low, high if high > low else low + 1.0, clip=True)
+
+
+def beyond(norm: Normalize | None) -> str:
+    """At which ends a scale of `scale_of` goes on, as matplotlib names it."""
+    return "min" if isinstance(norm, LogNorm) else "both"
 
 
 class Stage:
