@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 FOLDER, SHEET = "figures", "sheet.png"
 FIELD = "sigma_mises_Pa"
 PX_PER_IN = 110
+FAST = {"compress_level": 3}  # a little larger, in half the time
 MARK_WITHIN = 4096  # bytes from a picture's start that hold what it was drawn of
 
 
@@ -83,7 +84,7 @@ def _write(figure: Figure, path: Path, mark: str) -> Path:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
-            figure.savefig(part, dpi=PX_PER_IN, metadata={"Software": None, "Comment": mark})
+            figure.savefig(part, dpi=PX_PER_IN, metadata={"Software": None, "Comment": mark}, pil_kwargs=FAST)
             part.replace(path)
         finally:
             part.unlink(missing_ok=True)

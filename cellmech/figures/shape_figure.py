@@ -14,9 +14,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch as Swatch
 
-from cellmech.figures.body import Body, Patch, read_body
+from cellmech.figures.body import SUBDIVISIONS, Body, Patch, read_body
 from cellmech.figures.render import Colour, View, picture, probe
-from cellmech.figures.shapes import colour_bar, scale_bar
+from cellmech.figures.shapes import FEW_PIECES, colour_bar, scale_bar
 from cellmech.figures.sheet import UNDEFORMED
 from cellmech.figures.space import AZIMUTH_DEG, FIELD_COLOURS, Paint, Stage, scale_of
 from cellmech.figures.style import FADED, FAULT_COLOUR, LAWS, LAYER_COLOURS, SMALL, SUBSTRATE, wrapped
@@ -26,6 +26,7 @@ from cellmech.scene.parts import Adhesion
 from cellmech.scene.scene import Scene
 
 PX_PER_IN = 220
+COARSE_PX_PER_IN = 150  # a resolution that shows no more than a few pieces of an element's edge
 TITLE_SIZE, TITLE_IN, LINE_IN = 15, 0.3, 0.22  # of a caption: font size, heights of lines
 WIDE_IN, BELOW_IN = 7.3, 0.75  # of the section alone
 FOOT: dict[str, Any] = dict(ec="#4d4d4d", lw=1.2)
@@ -47,7 +48,7 @@ def draw_case(case: Result, quantity: str | None = None, px_per_in: int = PX_PER
         CellmechError: when pictures cannot be drawn on this machine.
     """
     t_s, path = case.last_fields()
-    body = read_body(path, case.scene, quantity)
+    body = read_body(path, case.scene, quantity, SUBDIVISIONS if px_per_in > COARSE_PX_PER_IN else FEW_PIECES)
     paint = paint_of(body, quantity)
     section = body.section()
     if body.in_space:

@@ -46,6 +46,49 @@ def test_fig2_and_fig3_draw_a_study(tmp_path: Path) -> None:
     assert len(list(out.iterdir())) == 4
 
 
+SWEEP = """title = "Mine"
+[sweep]
+"load.factor" = [1, 2]
+"layer.lamina.young_Pa" = [300, 3000]
+"""
+
+
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The results of a sweep over two keys, beside its file."""
+    folder = tmp_path_factory.mktemp("swept")
+    (folder / "my.toml").write_text(SWEEP)
+    return write_named(folder / "my", load_study(folder / "my.toml"))
+
+
+@pytest.mark.parametrize("name", ["shape", "field sigma_mises", "field J1", "history", "map", "outline"])
+def test_figures_are_named_by_what_they_show_and_need_no_study_file(swept: Path, tmp_path: Path, name: str) -> None:
+    if name == "field J1":  # which the made-up files lack
+        assert main([*name.split(), str(swept), "--out", str(tmp_path)]) == 2
+        return
+    assert main([*name.split(), str(swept), "--out", str(tmp_path)]) == 0
+    assert is_figure(tmp_path, name.split()[0])
+
+
+@pytest.mark.parametrize("name", ["shape", "field sigma_mises", "history", "outline"])
+def test_one_case_is_drawn_alone(swept: Path, tmp_path: Path, name: str) -> None:
+    case = min(path for path in swept.iterdir() if path.is_dir() and path.name != "figures")
+    assert main([*name.split(), str(case), "--out", str(tmp_path), "--stem", "one"]) == 0
+    assert is_figure(tmp_path, "one")
+
+
+def test_geometry_is_drawn_of_a_study_file(swept: Path, tmp_path: Path) -> None:
+    assert main(["geometry", str(swept.parent / "my.toml"), "--out", str(tmp_path)]) == 0
+    assert is_figure(tmp_path, "geometry")
+
+
+def test_pictures_draws_what_a_run_leaves(swept: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["pictures", str(swept)]) == 0
+    names = [Path(line).name for line in capsys.readouterr().out.splitlines()]
+    assert names[0] == "sheet.png" and len(names) == 5
+    assert all((swept / "figures" / name).is_file() for name in names)
+
+
 def test_maps_are_drawn_from_a_sweep(tmp_path: Path) -> None:
     write_sweep(tmp_path / "study", load_study(STUDIES / "fig6.toml"), lambda index: {"J1_max": 2 + 1e-3 * index})
     assert main(["fig6", "--results", str(tmp_path / "study"), "--out", str(tmp_path / "out")]) == 0
