@@ -122,7 +122,7 @@ def check_files_and_keys(options: argparse.Namespace, page: Page) -> None:
 def test_options_exist(page):
     actions = [*parser()._actions, *commands.report_parser()._actions]
     known = {option for action in actions for option in action.option_strings} | OF_OPEN_MPI
-    known |= {"--stem", "--case", "--field", "--ladder", "--keep-going"}
+    known |= {"--stem", "--case", "--field", "--magnify", "--ladder", "--keep-going"}
     for span in page.spans():
         for option in re.findall(r"(?<!\S)--[a-z][a-z-]*", span):
             if span.startswith("--"):
