@@ -6,16 +6,15 @@ import math
 
 from cellmech.cell.footing import follow, modulus_of
 from cellmech.cell.layering import MeshPlan, graded
+from cellmech.cell.nucleus import nucleus_shape
 from cellmech.mechanics.contact import Contact
 from cellmech.mechanics.kinematics import GEOMETRIES
 from cellmech.mechanics.obstacles import Flat, Obstacle
 from cellmech.mesh.ball import BALL, SYMMETRIC, BallSpec
 from cellmech.mesh.disc import DiscSpec
-from cellmech.mesh.nucleus_shape import NucleusShape, waves_of
 from cellmech.mesh.sizes import Zone
 from cellmech.scene.placement import Touch
 from cellmech.scene.scene import Scene
-from cellmech.scene.sizes import semi_axes
 from cellmech.scene.substrate import facing
 
 ZONE_OVER_HERTZ = 1.32  # on Table 1 the contact edge lies at 0.9 of Hertz's half-width, the membrane's peaks beyond it
@@ -67,17 +66,6 @@ def mesh_spec(
         nucleus=nucleus_shape(scene),
     )
     return follow(disc, scene, weight, contact.pressure_at) if scene.mesh.grading == "fitted" else disc
-
-
-def nucleus_shape(scene: Scene) -> NucleusShape | None:
-    """Shape and place of a nucleus that is no circle or ball about the cell's centre; None of one that is."""
-    nucleus, radius = scene.nucleus, scene.nucleus_radius_um
-    if nucleus is None:
-        return None
-    shell, free = radius - scene.outer_radius_um("nucleoplasm"), scene.outer_radius_um("cytosol")
-    axes = semi_axes(radius, nucleus.aspect, scene.cell.geometry != "plane")
-    waves = waves_of(nucleus.outline_um) if nucleus.outline_um else ()
-    return NucleusShape(radius, shell, free, scene.nucleus_offset_um, axes, waves)
 
 
 def contact_zone_um(scene: Scene, force: float, radius_um: float) -> float:

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle, Wedge
 
+from cellmech.cell.nucleus import outline_of_nucleus
 from cellmech.figures.style import FADED, LAYER_COLOURS, SMALL, SUBSTRATE, TINY
 from cellmech.figures.substrate import behind, depth_um, footprints, outline_of, section_words
 from cellmech.mechanics.obstacles import Pillar
@@ -52,7 +53,8 @@ def draw_geometry(scene: Scene) -> Figure:
         main.set_title(section_words(scene), fontsize=10.5, loc="left")
         _draw_from_above(figure.add_axes((0.675, 0.36, 0.305, 0.55)), scene, view[:2])
     else:
-        _zoom(main, scene, centre, "lamina", "t_l", 0.665)
+        if scene.nucleus is None:
+            _zoom(main, scene, centre, "lamina", "t_l", 0.665)
         _zoom(main, scene, centre, "membrane", "t_m", 0.335)
     _legend(figure, scene)
     figure.text(0.065, 0.955, "Cell and substrate at t = 0 s", fontsize=15, weight="bold")
@@ -60,15 +62,34 @@ def draw_geometry(scene: Scene) -> Figure:
 
 
 def _draw_cell(axes: Axes, scene: Scene, centre: tuple[float, float]) -> None:
-    """The layers as rings; of a half cell the mirrored half paler."""
+    """The layers as rings, a nucleus that is no circle by its outline; of a half cell the mirrored half paler."""
     halves = [(-90, 90, 1.0), (90, 270, PALE)] if "x" in scene.mirrors else [(0, 360, 1.0)]
-    for name in LAYER_NAMES:
+    shaped = scene.nucleus is not None
+    for name in LAYER_NAMES[: 2 if shaped else None]:
         outer, inner = scene.outer_radius_um(name), scene.inner_radius_um(name)
+        if shaped and name == "cytosol":
+            inner = 0.0
         for start, end, opacity in halves:
             colour = (LAYER_COLOURS[name], opacity)
             axes.add_patch(
                 Wedge(centre, outer, start, end, width=outer - inner, fc=_mixed(*colour), ec="none", lw=0, zorder=2)
             )
+    if shaped:
+        _draw_nucleus(axes, scene, centre)
+
+
+def _draw_nucleus(axes: Axes, scene: Scene, centre: tuple[float, float]) -> None:
+    outline = centre + outline_of_nucleus(scene)
+    shell = scene.nucleus_radius_um - scene.outer_radius_um("nucleoplasm")
+    middle = outline.mean(axis=0)
+    inside = middle + (outline - middle) * (1 - shell / np.linalg.norm(outline - middle, axis=1))[:, None]
+    right = "x" in scene.mirrors
+    for points, name in ((outline, "lamina"), (inside, "nucleoplasm")):
+        axes.fill(*points.T, fc=_mixed(LAYER_COLOURS[name], PALE if right else 1.0), ec="none", lw=0, zorder=2.1)
+        if right:
+            half = points[points[:, 0] >= centre[0] - 1e-9]
+            half = half[np.argsort(half[:, 1])]
+            axes.fill(*half.T, fc=_mixed(LAYER_COLOURS[name], 1.0), ec="none", lw=0, zorder=2.1)
 
 
 def _draw_from_above(axes: Axes, scene: Scene, sides: tuple[float, float]) -> None:
@@ -137,10 +158,8 @@ def _radii(axes: Axes, scene: Scene, centre: tuple[float, float]) -> None:
     text = f"centre ({_number(centre[0])}, {_number(round(centre[1], 3))}) µm"
     _say(axes, text, centre, (-6, -9), ha="right", va="top", fontsize=SMALL, bbox=LABEL)
     # the label of r_c stands in the cytosol, that of r_n outside the nucleus: neither covers a thin layer
-    for symbol, radius, angle, share in (
-        ("r_c", scene.radius_um, 62, 0.62),
-        ("r_n", scene.nucleus_radius_um, -38, 1.0),
-    ):
+    radii = [("r_c", scene.radius_um, 62, 0.62), ("r_n", scene.nucleus_radius_um, -38, 1.0)]
+    for symbol, radius, angle, share in radii[: 2 if scene.nucleus is None else 1]:
         dx, dy = radius * math.cos(math.radians(angle)), radius * math.sin(math.radians(angle))
         _arrow(axes, centre, (centre[0] + dx, centre[1] + dy), arrowstyle="-|>")
         at = (centre[0] + share * dx, centre[1] + share * dy)

@@ -12,6 +12,7 @@ from matplotlib.font_manager import FontProperties
 from matplotlib.lines import Line2D
 from matplotlib.textpath import text_to_path
 
+from cellmech.cell.nucleus import outline_of_nucleus
 from cellmech.figures.body import rim_of
 from cellmech.figures.results import StudyResult
 from cellmech.figures.shapes import case_name, read_pose, scale_bar, shared_words
@@ -42,7 +43,8 @@ def draw_outlines(study: StudyResult) -> Figure:
     r = first.case.scene.radius_um
     substrates = {repr((case.scene.pillar, case.scene.array, case.scene.flat)) for case in cases.values()}
     starts_of = {
-        (*pose.centre, pose.case.scene.radius_um, pose.case.scene.nucleus_radius_um) for pose in poses.values()
+        (*pose.centre, pose.case.scene.radius_um, pose.case.scene.nucleus_radius_um, repr(pose.case.scene.nucleus))
+        for pose in poses.values()
     }
     below = 0.4 if len(substrates) == 1 else 0.15
     view = float(low[0] - 0.3 * r), float(high[0] + 0.3 * r), float(low[1] - below * r), float(high[1] + 0.1 * r)
@@ -78,8 +80,8 @@ def draw_outlines(study: StudyResult) -> Figure:
             line = LineCollection(edges, color=looks[name].colour, lw=width, zorder=3, gid=f"{outermost}:{name}")
             axes.add_collection(line)
     if len(starts_of) == 1:
-        for radius in (first.case.scene.radius_um, first.case.scene.nucleus_radius_um):
-            axes.plot(*(first.centre + radius * circle).T, **UNDEFORMED)
+        for line in (first.case.scene.radius_um * circle, outline_of_nucleus(first.case.scene)):
+            axes.plot(*(first.centre + line).T, **UNDEFORMED)
     axes.set(xlim=view[:2], ylim=view[2:], aspect="equal")
     scale_bar(axes, view, 1, wide)
     handles = [Line2D([], [], color=looks[name].colour, lw=NUCLEUS_LINE, label=names[name]) for name in cases]

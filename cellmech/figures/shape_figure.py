@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch as Swatch
 
+from cellmech.cell.nucleus import outline_of_nucleus
 from cellmech.figures.body import SUBDIVISIONS, Body, Patch, read_body
 from cellmech.figures.render import Colour, View, picture, probe
 from cellmech.figures.shapes import FEW_PIECES, colour_bar, scale_bar
@@ -110,8 +111,8 @@ def _draw_section(axes: Axes, section: Patch, body: Body, scene: Scene, paint: P
     parts += [(of, SUBSTRATE) for of in polygons(scene, view)]
     _show(axes, [*parts, (corners, paint(section))], view)
     circle = _circle()
-    for radius in (scene.radius_um, scene.nucleus_radius_um):
-        axes.plot(*(body.centre[:2] + radius * circle).T, **UNDEFORMED)
+    for line in (scene.radius_um * circle, outline_of_nucleus(scene)):
+        axes.plot(*(body.centre[:2] + line).T, **UNDEFORMED)
     if paint.norm is not None:
         draw_rim(axes, section)
     if body.in_space:

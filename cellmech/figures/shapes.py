@@ -15,6 +15,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
+from cellmech.cell.nucleus import outline_of_nucleus
 from cellmech.figures.body import SUBDIVISIONS, rim_of
 from cellmech.figures.parameters import parameter
 from cellmech.figures.render import Colour, Shape, View, picture, read_shape
@@ -228,8 +229,8 @@ def _draw_panel(axes: Axes, pose: Pose, sheet: Sheet, factor: int, paint: Paint,
         axes.add_collection(LineCollection(list(rim_of(corners, pose.shape.layer)), color="black", lw=0.8))
     angle = np.linspace(0, 2 * np.pi, 361)
     circle = np.column_stack([np.cos(angle), np.sin(angle)])
-    for radius in (scene.radius_um, scene.nucleus_radius_um):
-        axes.plot(*(pose.centre + (0.0 if true else pose.pivot) + radius * circle).T, **UNDEFORMED)
+    for line in (scene.radius_um * circle, outline_of_nucleus(scene)):
+        axes.plot(*(pose.centre + (0.0 if true else pose.pivot) + line).T, **UNDEFORMED)
     axes.set(xlim=view[:2], ylim=view[2:])
     scale_bar(axes, view, factor, sheet.wide)
 
