@@ -10,8 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from cellmech.cell.nucleus import nucleus_shape
 from cellmech.errors import InputError
 from cellmech.figures.style import LAYER_COLOURS
+from cellmech.mesh.nucleus_shape import NucleusShape
 from cellmech.results.result import read_grid
 from cellmech.scene.placement import placement
 from cellmech.scene.scene import Scene
@@ -82,6 +84,7 @@ class Body:
         centre: at the start [µm], shape (3,).
         mirrors: axes along which it is mirrored.
         pieces: into which a curved element's edge is cut, so that it looks curved.
+        nucleus: its shape, where it is no ball about the centre.
     """
 
     nodes: np.ndarray
@@ -89,6 +92,7 @@ class Body:
     centre: np.ndarray
     mirrors: str
     pieces: int = SUBDIVISIONS
+    nucleus: NucleusShape | None = None
 
     @property
     def in_space(self) -> bool:
@@ -129,13 +133,24 @@ class Body:
         return _slice(points, layer, part, index, level).whole(self.mirrors.replace(axis, ""))
 
     def surface(self, radius_um: float, layer: str) -> Patch:
-        """What is modelled of the sphere, at the start, of a radius that bounds a layer; seen from outside."""
+        """What is modelled of the surface, at the start, that bounds a layer outside; seen from there.
+
+        Args:
+            radius_um: of the sphere that it is, unless the nucleus is none.
+            layer: its name.
+        """
         mine = self.layer == list(LAYER_COLOURS).index(layer)
         faces = self.nodes[mine][:, [face[: 6 if self.nodes.shape[1] == 10 else 3] for face in FACES]]
-        gaps = np.abs(np.linalg.norm(faces[..., :3, START] - self.centre, axis=-1) - radius_um)
+        gaps = np.abs(self._beyond(faces[..., :3, START] - self.centre, radius_um, layer))
         there = faces[gaps.max(axis=-1) < ON_A_SPHERE * radius_um]  # corners only: third order's middles are near it
         corners, layers = _triangles(there, np.full(len(there), list(LAYER_COLOURS).index(layer)), self.pieces)
         return Patch(_facing(corners, START, corners[:, 0, START] - self.centre), layers)
+
+    def _beyond(self, x: np.ndarray, radius_um: float, layer: str) -> np.ndarray:
+        """How far beyond that surface points lie that are x from the cell's centre [µm], shape x.shape[:-1]."""
+        if layer != "lamina" or self.nucleus is None:
+            return np.asarray(np.linalg.norm(x, axis=-1) - radius_um)
+        return self.nucleus.beyond(x.reshape(-1, 3)).reshape(x.shape[:-1])
 
 
 def rim_of(corners: np.ndarray, layer: np.ndarray, outermost: str = "lamina") -> np.ndarray:
@@ -180,7 +195,7 @@ def read_body(path: Path, scene: Scene, quantity: str | None = None, pieces: int
     x, _, *z = placement(scene).centre
     # the level of the centre is the file's own: a cell that falls starts above its first touch
     centre = np.array([x, float(points[:, 1].min()) + scene.radius_um, *(z or [0.0])])
-    return Body(nodes, layer, centre, scene.mirrors, pieces)
+    return Body(nodes, layer, centre, scene.mirrors, pieces, nucleus_shape(scene))
 
 
 def _scalar(grid: Any, path: Path, quantity: str) -> np.ndarray:

@@ -46,6 +46,12 @@ class NucleusShape:
         wide, high = self.semi_axes_um
         return np.asarray(1 / np.sqrt((1.0 - e[:, 1] ** 2) / wide**2 + e[:, 1] ** 2 / high**2))
 
+    def beyond(self, x: np.ndarray) -> np.ndarray:
+        """How far points at x from the cell's centre lie beyond the outline, along rays from its own [µm], shape (n,)."""
+        way = x - np.array(self.offset)
+        length = np.linalg.norm(way, axis=1)
+        return np.asarray(length - self.reach(way / np.maximum(length, np.finfo(float).tiny)[:, None]))
+
     def moved(self, x: np.ndarray) -> np.ndarray:
         """Where points at x in the mesh of circles lie in the cell, from its centre [µm], shape (n, d) both."""
         r = np.linalg.norm(x, axis=1)

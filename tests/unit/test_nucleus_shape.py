@@ -35,6 +35,7 @@ def test_mesh_moves_onto_the_outline_and_stays_beyond_the_cytosol():
     e = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     outline = shape.moved(5 * e) - [1.0, 0.5]
     np.testing.assert_allclose(np.linalg.norm(outline / [6.0, 4.0], axis=1), 1.0, rtol=1e-12)
+    np.testing.assert_allclose(shape.beyond(shape.moved(5 * e)), 0.0, atol=1e-13)
     np.testing.assert_allclose(np.linalg.norm(shape.moved(4.9 * e) - shape.moved(5 * e), axis=1), 0.1, rtol=1e-12)
     np.testing.assert_allclose(shape.moved(9.5 * e), 9.5 * e, atol=1e-14)
     np.testing.assert_allclose(shape.moved(5.0000001 * e), shape.moved(5 * e), atol=1e-6)
