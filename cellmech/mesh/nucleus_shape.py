@@ -47,7 +47,7 @@ class NucleusShape:
         return np.asarray(1 / np.sqrt((1.0 - e[:, 1] ** 2) / wide**2 + e[:, 1] ** 2 / high**2))
 
     def beyond(self, x: np.ndarray) -> np.ndarray:
-        """How far points at x from the cell's centre lie beyond the outline, along rays from its own [µm], shape (n,)."""
+        """How far points at x from the cell's centre lie beyond the outline, along rays from its own [µm]."""
         way = x - np.array(self.offset)
         length = np.linalg.norm(way, axis=1)
         return np.asarray(length - self.reach(way / np.maximum(length, np.finfo(float).tiny)[:, None]))
