@@ -47,7 +47,13 @@ def is_drawn(path: Path, mark: str) -> bool:
 
 
 def draw_pictures(
-    folder: Path, cases: Mapping[str, str], sheet: Sequence[str] = (), mark: str = "", title: str = ""
+    folder: Path,
+    cases: Mapping[str, str],
+    sheet: Sequence[str] = (),
+    mark: str = "",
+    title: str = "",
+    missing: Mapping[str, str] | None = None,
+    count: int = 0,
 ) -> Iterator[Path]:
     """Draw the pictures of cases, and their sheet; the path of each as it is written.
 
@@ -57,6 +63,8 @@ def draw_pictures(
         sheet: names of those that stand on the sheet; none for no sheet.
         mark: of the sheet.
         title: of the study.
+        missing: name -> what is missing, of cases that cannot be drawn, for the sheet to say.
+        count: of cases that could stand on the sheet, if more than do.
 
     Raises:
         CellmechError: for files that are missing or broken, or a folder that cannot be written to.
@@ -68,10 +76,10 @@ def draw_pictures(
     from cellmech.results.result import load
 
     found = {name: load(folder / name) for name in dict.fromkeys([*sheet, *cases])}
-    study = StudyResult(folder, found, title=title, varied=differing(found))
+    study = StudyResult(folder, found, missing or {}, title, differing(found))
     if sheet:
         with styled():
-            yield _write(draw_shapes(study, quantity=FIELD, px_per_in=PX_PER_IN), sheet_of(folder), mark)
+            yield _write(draw_shapes(study, quantity=FIELD, px_per_in=PX_PER_IN, count=count), sheet_of(folder), mark)
     for name, own in cases.items():
         with styled():
             yield _write(

@@ -99,6 +99,7 @@ def draw_shapes(
     quantity: str | None = None,
     magnify: bool = False,
     px_per_in: int = PX_PER_IN,
+    count: int = 0,
 ) -> Figure:
     """Draw the deformed cell of each case, true to scale.
 
@@ -108,6 +109,7 @@ def draw_shapes(
         quantity: a scalar of the field files to colour by, on one scale for all; None to colour the layers.
         magnify: whether a second panel shows each case's displacements magnified, where true ones show too little.
         px_per_in: resolution of the panels.
+        count: how many cases there are, if more than in the study.
 
     Raises:
         InputError: for a field file that is missing or broken.
@@ -125,7 +127,7 @@ def draw_shapes(
     captions = [_caption(study, index, name, poses.get(name), shared) for index, name in enumerate(names)]
     reports = [report(cases[name]) if name in cases else () for name in names] if report else ()
     view = _view(list(poses.values()), factor)
-    lead, notes = ",  ".join(shared), _notes(study, factor)
+    lead, notes = ",  ".join(shared), _notes(study, factor, max(count, len(study.varied)))
     sheet = Sheet(study.title, lead, captions, view, factor, reports, notes, with_bar=quantity is not None)
     for index, name in enumerate(names):
         for row in range(sheet.rows):
@@ -152,10 +154,10 @@ def _time(pose: Pose) -> str:
     return f"FAILED: last state, t = {pose.t_s:,.0f} s" if pose.case.failure else f"t = {pose.t_s:,.0f} s"
 
 
-def _notes(study: StudyResult, factor: int) -> list[tuple[str, str]]:
+def _notes(study: StudyResult, factor: int, count: int) -> list[tuple[str, str]]:
     notes = [(study.complaint(MOST_COMPLAINT), FAULT_COLOUR)] if study.faults() else []
-    if (more := len(study.varied) - MOST_PANELS) > 0:
-        notes.append((f"The first {MOST_PANELS} of {MOST_PANELS + more} cases.", FAULT_COLOUR))
+    if count > MOST_PANELS:
+        notes.append((f"The first {MOST_PANELS} of {count} cases.", FAULT_COLOUR))
     if factor > 1:
         note = f"displacements from the lowest point of the cell are drawn {factor} times too large, without substrate."
         notes.append((f"Lower panels: {note}", "black"))

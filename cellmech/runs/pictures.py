@@ -19,6 +19,7 @@ from cellmech.runs.command import Order
 MOST = 12  # cases of a study that get a picture each
 MOST_ON_SHEET = 64
 START_S, EACH_S = 60.0, 20.0  # after which drawing is given up: to begin with, and for each cell to draw
+NOTHING = "no state to draw"
 ROOT = Path(__file__).resolve().parents[2]
 
 
@@ -62,7 +63,9 @@ def missing_pictures(order: Order, here: Mapping[str, Record]) -> dict[str, Any]
         sheet = []
     if not own and not sheet:
         return None
-    return {"folder": str(order.out), "cases": own, "sheet": sheet, "mark": mark, "title": order.study.title}
+    lacking = {case.name: NOTHING for case in cases if case.name not in marks and case.scene.output.pictures}
+    of_sheet = {"sheet": sheet, "mark": mark, "missing": lacking, "count": len(marks)} if sheet else {}
+    return {"folder": str(order.out), "cases": own, "title": order.study.title, **of_sheet}
 
 
 def _mark(*of: str) -> str:
@@ -72,7 +75,7 @@ def _mark(*of: str) -> str:
 def _draw(wanted: dict[str, Any]) -> tuple[list[str], str]:
     """The paths of what was drawn, and why not all was; "" if all."""
     path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH")]))
-    limit = START_S + EACH_S * (len(wanted["cases"]) + len(wanted["sheet"]))
+    limit = START_S + EACH_S * (len(wanted["cases"]) + len(wanted.get("sheet", ())))
     try:
         done = subprocess.run(
             [sys.executable, "-m", "cellmech.figures.pictures"],

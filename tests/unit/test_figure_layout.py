@@ -181,6 +181,11 @@ def test_a_sheet_shares_one_scale_and_tells_the_stress_of_each(studies: Studies)
     assert len(figure.axes) == 5  # with one scale
 
 
+def test_a_sheet_says_of_how_many_cases_it_has_the_first(studies: Studies) -> None:
+    texts = [text.get_text() for text in draw_shapes(studies(4), px_per_in=20, count=100).texts]
+    assert "The first 64 of 100 cases." in texts
+
+
 def test_the_largest_part_of_a_picture_is_cell_and_substrate(studies: Studies) -> None:
     """Not an empty canvas."""
     case = next(iter(studies(1).cases.values()))

@@ -32,7 +32,7 @@ def order_of(folder: Path, more: str = "", chosen: tuple[str, ...] = NAMES) -> O
 def wanted(order: Order, here: dict[str, Any] = HERE) -> tuple[list[str], int]:
     """Names of cases, and how many stand on the sheet."""
     found = missing_pictures(order, here)
-    return ([], 0) if found is None else (list(found["cases"]), len(found["sheet"]))
+    return ([], 0) if found is None else (list(found["cases"]), len(found.get("sheet", ())))
 
 
 def test_each_case_gets_a_picture_and_the_study_a_sheet_and_the_log_says_where(
@@ -77,7 +77,15 @@ def test_a_case_without_fields_is_skipped(tmp_path: Path) -> None:
     order = order_of(tmp_path)
     for name in ("one", "three"):
         (order.out / name / "fields.pvd").unlink()
-    assert wanted(order) == (["two"], 0)
+    assert wanted(order) == (["two"], 0)  # and one is no sheet
+
+
+def test_the_sheet_says_which_cases_it_lacks(tmp_path: Path) -> None:
+    order = order_of(tmp_path)
+    (order.out / "one" / "fields.pvd").unlink()
+    found = missing_pictures(order, HERE)
+    assert found is not None
+    assert (found["sheet"], found["missing"]) == (["two", "three"], {"one": "no state to draw"})
 
 
 def test_output_pictures_false_leaves_none(tmp_path: Path) -> None:
