@@ -13,9 +13,9 @@ from matplotlib.lines import Line2D
 from matplotlib.textpath import text_to_path
 
 from cellmech.cell.nucleus import outline_of_nucleus
-from cellmech.figures.body import rim_of
+from cellmech.figures.body import SUBDIVISIONS, rim_of
 from cellmech.figures.results import StudyResult
-from cellmech.figures.shapes import case_name, read_pose, scale_bar, shared_words
+from cellmech.figures.shapes import FEW_PIECES, LARGE, case_name, read_pose, scale_bar, shared_words
 from cellmech.figures.sheet import UNDEFORMED
 from cellmech.figures.style import FAULT_COLOUR, RC, SMALL, SUBSTRATE, TINY, looks_of, provenance, wrapped
 from cellmech.figures.substrate import polygons
@@ -34,7 +34,8 @@ def draw_outlines(study: StudyResult) -> Figure:
         InputError: for a field file that is missing or broken.
     """
     cases = study.holding("fields.pvd")
-    poses = {name: read_pose(case) for name, case in cases.items()}
+    pieces = SUBDIVISIONS if len(cases) <= LARGE else FEW_PIECES
+    poses = {name: read_pose(case, pieces=pieces) for name, case in cases.items()}
     looks = looks_of(list(cases))
     first = next(iter(poses.values()))
     points = np.concatenate([pose.shape.moved(pose.pivot).reshape(-1, 2) for pose in poses.values()])

@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -202,7 +203,10 @@ def _is_case(folder: Path) -> bool:
 
 def _shown(folder: Path) -> StudyResult:
     """The results of a study, or of a case as those of a study of its own."""
-    return read_study(folder.parent, [folder.name]) if _is_case(folder) else read_all(folder)
+    if not _is_case(folder):
+        return read_all(folder)
+    study = read_study(folder.parent, [folder.name])
+    return replace(study, title=study.cases[folder.name].scene.title or folder.name)
 
 
 def _history(options: argparse.Namespace) -> int:
