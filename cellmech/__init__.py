@@ -8,8 +8,9 @@ From Python:
     result.plot("J1")
 
 `Scene` is what a scene file says, `solve` solves one, `load` reads the folder of a case that was solved, by the command
-line too, and `Result` is what both return. `Additions` are laws, obstacles and observables of one's own, `Material` and
-`Invariants` what they are made of. `Cause` is why a case has no solution. Nothing is imported before it is used.
+line too, and `Result` is what both return. `fit` finds values of keys at which numbers come nearest to others.
+`Additions` are laws, obstacles and observables of one's own, `Material` and `Invariants` what they are made of.
+`Cause` is why a case has no solution. Nothing is imported before it is used.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from cellmech.errors import CellmechError, InputError, MeshError, SolveError
     from cellmech.mechanics.invariants import Invariants
     from cellmech.mechanics.materials import Material
+    from cellmech.runs.fit import fit
     from cellmech.runs.library import Result, load, solve
     from cellmech.scene.scene import Scene
 
@@ -47,6 +49,7 @@ _HOMES = {
     "Result": "runs.library",
     "Scene": "scene.scene",
     "SolveError": "errors",
+    "fit": "runs.fit",
     "load": "runs.library",
     "solve": "runs.library",
 }
@@ -61,6 +64,7 @@ __all__ = [
     "Result",
     "Scene",
     "SolveError",
+    "fit",
     "load",
     "solve",
 ]

@@ -24,27 +24,27 @@ if TYPE_CHECKING:
 MOST_FAULTS = 60  # that are named
 
 
-def compare_main(arguments: Sequence[str] | None = None) -> int:
-    """The command line of `compare`; the exit status is returned."""
-    return run_command(compare_parser(), arguments, _compare)
+def compare_main(arguments: Sequence[str] | None = None, name: str = "python -m cellmech.compare") -> int:
+    """The command line of `compare`, called so; the exit status is returned."""
+    return run_command(compare_parser(name), arguments, _compare)
 
 
-def report_main(arguments: Sequence[str] | None = None) -> int:
-    """The command line of `report`; the exit status is returned."""
-    return run_command(report_parser(), arguments, _report)
+def report_main(arguments: Sequence[str] | None = None, name: str = "python -m cellmech.report") -> int:
+    """The command line of `report`, called so; the exit status is returned."""
+    return run_command(report_parser(name), arguments, _report)
 
 
-def compare_parser() -> argparse.ArgumentParser:
+def compare_parser(name: str = "python -m cellmech.compare") -> argparse.ArgumentParser:
     """The arguments of `compare`."""
-    parser = _parser("compare", "A study's numbers beside reference numbers: compare.md and compare.csv.")
+    parser = _parser(name, "A study's numbers beside reference numbers: compare.md and compare.csv.")
     parser.add_argument("reference", type=path_there, metavar="REFERENCE.toml", help="the numbers to compare with")
     parser.add_argument("--out", type=path_there, metavar="DIR", help="where to write; default: STUDYDIR/figures")
     return parser
 
 
-def report_parser() -> argparse.ArgumentParser:
+def report_parser(name: str = "python -m cellmech.report") -> argparse.ArgumentParser:
     """The arguments of `report`."""
-    parser = _parser("report", "A study's results as one page: report.html.")
+    parser = _parser(name, "A study's results as one page: report.html.")
     parser.add_argument("--reference", type=path_there, metavar="FILE", help="TOML file of numbers to compare with")
     parser.add_argument("--draw", action="store_true", help="draw each deformed cell into STUDYDIR/figures before")
     parser.add_argument("--out", type=path_there, metavar="DIR", help="where to write; default: STUDYDIR")
@@ -52,7 +52,7 @@ def report_parser() -> argparse.ArgumentParser:
 
 
 def _parser(name: str, about: str) -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog=f"python -m cellmech.{name}", description=about)
+    parser = argparse.ArgumentParser(prog=name, description=about)
     parser.add_argument("results", type=path_there, metavar="STUDYDIR", help="folder of the study's results")
     return parser
 

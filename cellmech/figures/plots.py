@@ -32,11 +32,11 @@ IN_SPACE = Path("results/geometries/law=neo-hookean,geometry=3d")
 PAPER_NUMBERS = STUDIES / "paper_numbers.toml"
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """The command line; the exit status is returned."""
+def main(arguments: Sequence[str] | None = None, name: str = "python -m cellmech.plots") -> int:
+    """The command line of that name; the exit status is returned."""
     open_streams()
     bear_any_text()
-    options = _parser().parse_args(arguments)
+    options = _parser(name).parse_args(arguments)
     try:
         return int(options.run(options))
     except CellmechError as error:
@@ -44,10 +44,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 2 if isinstance(error, InputError) else 1
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="python -m cellmech.plots", description="Figures and tables from result files, into --out."
-    )
+def _parser(name: str = "python -m cellmech.plots") -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog=name, description="Figures and tables from result files, into --out.")
     commands = parser.add_subparsers(required=True, metavar="FIGURE")
 
     def add(name: str, run: Any, about: str) -> argparse.ArgumentParser:

@@ -22,20 +22,21 @@ from cellmech.scene.case import Case
 from cellmech.scene.studies import Study, load_study
 
 MAIN_JOB = Path("studies/fig2.toml")
-HELP = "See python -m cellmech.study --help."
+NAME = "python -m cellmech.study"
 
 
-class _Parser(argparse.ArgumentParser):
+class Parser(argparse.ArgumentParser):
     """Raises what it dislikes: the message must come from one rank."""
 
     def error(self, message: str) -> NoReturn:
-        raise InputError("command line", "", message, None, HELP)
+        """As argparse calls it."""
+        raise InputError("command line", "", message, None, f"See {self.prog} --help.")
 
 
-def parser() -> argparse.ArgumentParser:
-    """The options."""
-    found = _Parser(
-        prog="python -m cellmech.study",
+def parser(name: str = NAME) -> argparse.ArgumentParser:
+    """The options of the command of that name."""
+    found = Parser(
+        prog=name,
         description="Solve the cases of study files. Started again, it goes on where it stopped.",
         epilog="Exit status: 0 all cases solved, 1 some failed, 2 bad input, 130 or 143 after Ctrl-C or SIGTERM.",
         add_help=False,
@@ -118,13 +119,13 @@ class Command:
         return name if refinement is None else f"{name} [{refinement.name}]"
 
 
-def understand(arguments: Sequence[str] | None, ranks: int) -> Command:
+def understand(arguments: Sequence[str] | None, ranks: int, name: str = NAME) -> Command:
     """Read and check everything the user wrote, the folders of the results included; solve nothing.
 
     Raises:
         InputError: for the first thing that is wrong; nothing has been written then.
     """
-    options = parser().parse_intermixed_args(arguments)
+    options = parser(name).parse_intermixed_args(arguments)
     options.quiet |= options.json
     if options.help:
         return Command(options, ())
@@ -207,12 +208,12 @@ def _check_folders(orders: Sequence[Order], make: bool) -> None:
     try:
         for order in orders:
             for path in (order.out, *(order.out / case.name for case in order.chosen)):
-                _check_folder(path)
+                check_folder(path)
             for path in (order.out / SUMMARY, order.out / TIMINGS):
                 if path.is_dir():
                     raise InputError("--out", "", "must not hold a folder with the name of a file to write", str(path))
         for order in orders if make else ():
-            made += _make(order.out)
+            made += make_folder(order.out)
     except OSError as error:
         _remove(made)
         rule = f"must be a folder that can be made and written to ({error.strerror})"
@@ -222,7 +223,7 @@ def _check_folders(orders: Sequence[Order], make: bool) -> None:
         raise
 
 
-def _make(folder: Path, tries: int = 5) -> list[Path]:
+def make_folder(folder: Path, tries: int = 5) -> list[Path]:
     """Make a folder with those above it, and prove that files can be made in it; returns what has been made.
 
     Raises:
@@ -240,7 +241,7 @@ def _make(folder: Path, tries: int = 5) -> list[Path]:
         _remove(made)
         if not tries:
             raise
-        return _make(folder, tries - 1)
+        return make_folder(folder, tries - 1)
     except OSError:
         _remove(made)
         raise
@@ -253,7 +254,12 @@ def _remove(made: Sequence[Path]) -> None:
             path.rmdir()
 
 
-def _check_folder(path: Path) -> None:
+def check_folder(path: Path) -> None:
+    """Refuse a place for results that is no folder or cannot be written to.
+
+    Raises:
+        InputError: naming what is in the way.
+    """
     nearest = next(folder for folder in (path, *path.absolute().parents) if os.path.lexists(folder))
     if not nearest.is_dir():
         raise InputError("--out", "", f"must be a folder, but {nearest} is none", str(path), "Name another with --out.")

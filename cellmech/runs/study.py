@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import os
 import sys
-import traceback
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from cellmech import surroundings
-from cellmech.console import bear_any_text, on_terminal, say
-from cellmech.errors import CellmechError, InputError
+from cellmech.console import on_terminal, say
+from cellmech.errors import CellmechError
 from cellmech.results.archive import SUMMARY, Record, merge_tables, refusal
 from cellmech.results.sealed import SEAL, json_text
-from cellmech.runs.command import Command, parser, understand
-from cellmech.runs.interrupts import Interrupted, Interrupts
+from cellmech.runs.attended import Ranks, attend, start_solver
+from cellmech.runs.command import NAME, Command, parser, understand
+from cellmech.runs.interrupts import Interrupts
 from cellmech.runs.progress import Plain, Quiet, results_table
 
 if TYPE_CHECKING:  # they start MPI, which --help, --list and bad input do without
@@ -31,50 +30,8 @@ def load_case() -> Any:
     return case
 
 
-class Ranks:
-    """The ranks that do what the command line says: this process alone until there is something to compute."""
-
-    def __init__(self) -> None:
-        self.world: MPI.Intracomm | None = None
-        if surroundings.launched() or "mpi4py.MPI" in sys.modules:
-            self.start()
-
-    def start(self) -> MPI.Intracomm:
-        """Start MPI, unless it has been; all ranks."""
-        if self.world is None:
-            world = surroundings.start_mpi().COMM_WORLD
-            from cellmech.fem import shared_memory
-
-            shared_memory.release(world)
-            self.world = world
-        return self.world
-
-    @property
-    def lead(self) -> bool:
-        """True if this process speaks for all."""
-        return surroundings.task() == 0 if self.world is None else self.world.rank == 0
-
-    @property
-    def several(self) -> bool:
-        """True if others may be waiting for this process."""
-        return self.world is not None and self.world.size > 1
-
-    def understand(self, arguments: Sequence[str] | None) -> Command:
-        """The command line, read and checked. Collective.
-
-        Raises:
-            CellmechError: on every rank.
-        """
-        if self.world is None:
-            return understand(arguments, 1)
-        from cellmech.runs.messages import agreed
-
-        world = self.world
-        return agreed(world, lambda: understand(arguments, world.size))
-
-
 def run(
-    arguments: Sequence[str] | None, ranks: Ranks, interrupts: Interrupts, load: Callable[[], Any] = load_case
+    arguments: Sequence[str] | None, ranks: Ranks, interrupts: Interrupts, load: Callable[[], Any], name: str
 ) -> int:
     """Do what the command line says; the exit status. Collective.
 
@@ -83,16 +40,17 @@ def run(
         ranks: all of them.
         interrupts: entered.
         load: brings the module that solves a case: mesh_plan, solve_case, describe_case.
+        name: of the command, for its help.
 
     Raises:
         CellmechError: on every rank.
     """
-    command = ranks.understand(arguments)
+    command = ranks.agree(lambda count: understand(arguments, count, name))
     options = command.options
     if options.help or options.list:
         names = [case.name for order in command.orders for case in order.chosen]
         listed = json_text({"cases": names}).rstrip() if options.json else "\n".join(names)
-        text = parser().format_help().rstrip() if options.help else listed
+        text = parser(name).format_help().rstrip() if options.help else listed
         if ranks.lead and text:  # a shard may be empty
             say(text)
         return 0
@@ -101,11 +59,7 @@ def run(
         if ranks.lead:
             say(json_text({"studies": []}).rstrip() if options.json else empty)
         return 0
-    try:
-        world, case = ranks.start(), load()
-    except ImportError as error:  # no such package, or too few files may be open to load it
-        raise CellmechError(f"a library cannot be loaded: {error}") from error
-    interrupts.arm()
+    world, case = start_solver(ranks, interrupts, load)
     if options.check:
         from cellmech.runs.messages import agreed
 
@@ -231,28 +185,6 @@ def close(command: Command, agenda: Agenda, solved: Mapping[str, Record]) -> int
     return int(any(result["status"] != "solved" for result in results.values()))
 
 
-def main(arguments: Sequence[str] | None = None, load: Callable[[], Any] = load_case) -> int:
+def main(arguments: Sequence[str] | None = None, load: Callable[[], Any] = load_case, name: str = NAME) -> int:
     """Entry point; the exit status, the same on every rank. Arguments as for `run`."""
-    surroundings.open_streams()
-    bear_any_text()
-    ranks, status = Ranks(), 1
-    try:
-        with Interrupts() as interrupts:
-            status = run(arguments, ranks, interrupts, load)
-    except CellmechError as error:
-        status = 2 if isinstance(error, InputError) else 1
-        if ranks.lead:
-            say(f"cellmech: error: {error}", sys.stderr)
-    except Interrupted as stop:
-        status = 128 + stop.signum
-        if ranks.lead:
-            say(f"cellmech: stopped by {stop}; what is finished is kept, and the same command goes on", sys.stderr)
-        if ranks.several:
-            sys.stdout.flush()
-            os._exit(status)  # the other ranks may be waiting for this one: mpirun ends them
-    except Exception:
-        if ranks.world is not None and ranks.several:
-            traceback.print_exc()
-            ranks.world.Abort(1)  # likewise
-        raise
-    return status
+    return attend(lambda ranks, interrupts: run(arguments, ranks, interrupts, load, name))

@@ -19,6 +19,7 @@ from cellmech.errors import InputError
 from cellmech.figures import commands, plots
 from cellmech.figures.reference import read_references
 from cellmech.results.records import flatten
+from cellmech.runs import fit_command, new
 from cellmech.runs.command import parser
 from cellmech.scene.files import read_scene
 from cellmech.scene.keys import KNOWN, LISTS, STUDY_TABLES, is_known
@@ -90,6 +91,12 @@ def check_command(words: list[str], page: Page) -> None:
     if words[0] == "sbatch":
         assert (ROOT / words[1]).is_file() and (ROOT / words[2]).is_file(), words
         return
+    if words[1:3] == ["-m", "cellmech"]:
+        words = ["cellmech", *words[3:]]
+    if words[0] in (".venv/bin/cellmech", "cellmech"):
+        if words[1:2] in ([], ["COMMAND"]):
+            return
+        words = ["python", "-m", f"cellmech {words[1]}", *words[2:]]
     assert words[0] in (".venv/bin/python", "python"), words
     if words[1] != "-m":
         assert words[1] == "-c" or (ROOT / words[1]).is_file(), words
@@ -100,8 +107,12 @@ def check_command(words: list[str], page: Page) -> None:
         "cellmech.plots": lambda: plots._parser().parse_args(arguments),
         "cellmech.report": lambda: commands.report_parser().parse_args(arguments),
         "cellmech.compare": lambda: commands.compare_parser().parse_args(arguments),
+        "cellmech new": lambda: new.parser().parse_args(arguments),
+        "cellmech fit": lambda: fit_command.parser().parse_intermixed_args(arguments),
         "studies.paper": lambda: import_module("studies.paper.__main__")._parser().parse_args(arguments),
     }
+    same = {"check": "study", "run": "study", "plot": "plots", "report": "report", "compare": "compare"}
+    readers |= {f"cellmech {name}": readers[f"cellmech.{other}"] for name, other in same.items()}
     try:
         options = readers[module]()
     except (SystemExit, InputError) as error:
@@ -110,7 +121,8 @@ def check_command(words: list[str], page: Page) -> None:
 
 
 def check_files_and_keys(options: argparse.Namespace, page: Page) -> None:
-    keys = [text.partition("=")[0] for many in getattr(options, "set", []) for text in many if "=" in text]
+    sets = [many if isinstance(many, list) else [many] for many in getattr(options, "set", [])]
+    keys = [text.partition("=")[0] for many in [*sets, getattr(options, "free", [])] for text in many if "=" in text]
     shown_as_wrong = {key for key in keys if f"--set: {key}: unknown key" in page.text}
     assert all(is_known(key) for key in set(keys) - shown_as_wrong), keys
     named = [*getattr(options, "study", [])] if isinstance(getattr(options, "study", []), list) else [options.study]
@@ -120,7 +132,8 @@ def check_files_and_keys(options: argparse.Namespace, page: Page) -> None:
 
 @pages
 def test_options_exist(page):
-    actions = [*parser()._actions, *commands.report_parser()._actions]
+    parsers = (parser(), commands.report_parser(), new.parser(), fit_command.parser())
+    actions = [action for one in parsers for action in one._actions]
     known = {option for action in actions for option in action.option_strings} | OF_OPEN_MPI
     known |= {"--stem", "--case", "--field", "--magnify", "--ladder", "--keep-going"}
     for span in page.spans():
