@@ -18,6 +18,7 @@ from cellmech.mesh.nucleus_shape import WAVES
 from cellmech.scene.inputs import MIXED_ABOVE
 from cellmech.scene.parts import LAYER_NAMES, Adhesion, Mesh
 from cellmech.scene.scene import AT_REST, Scene
+from cellmech.scene.substrate import MIRRORED
 from cellmech.solver.ellipticity import yeoh_bounds
 from cellmech.solver.simulation import Simulation
 
@@ -90,7 +91,9 @@ def describe_model(setup: Setup, run: Simulation | None = None, found: Mapping[s
         modelled["nucleus"] = nucleus
     waiting = setup.out_of_reach if run is None else run.out_of_reach
     for label, obstacle in setup.obstacles.items():
-        if obstacle in waiting:
+        if obstacle in waiting and setup.obstacles[label.partition(MIRRORED)[0]] not in (obstacle, *waiting):
+            modelled[label] = "meets the mirrored half, as its own pillar this one; checked at every step"
+        elif obstacle in waiting:
             left[label] = "out of the cell's reach; checked at every step"
         else:
             modelled[label] = f"frictionless penalty contact, {scene.contact.form} form"

@@ -26,6 +26,7 @@ COLUMNS = {  # head of a column of the table -> key of result.json, format
     "steps": ("steps", "d"),
     "wall_s": ("wall_s", ".1f"),
 }
+COSTS = ("wall_s", "steps")  # the first to be left out where a terminal is narrow: timings.csv has them
 
 
 def duration(seconds: float) -> str:
@@ -171,20 +172,37 @@ def ending(result: Mapping[str, Any]) -> str:
     return f"solved, {result.get('steps')} steps, {result.get('wall_s', 0.0):.1f} s"
 
 
-def results_table(names: Sequence[str], results: Sequence[Mapping[str, Any]]) -> str:
-    """The results of a study for the terminal: maxima in the nucleus, contact, cost; failures with their reasons."""
-    rows = [["case", "status", *COLUMNS]]
-    for name, result in zip(names, results, strict=True):
-        scalars = flatten(result)
-        rows.append([name, result["status"], *(_brief(scalars.get(key), form) for key, form in COLUMNS.values())])
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    lines = [
-        "  ".join(cell.ljust(width) if i < 2 else cell.rjust(width) for i, (cell, width) in enumerate(pairs))
-        for pairs in (list(zip(row, widths, strict=True)) for row in rows)
-    ]
+def results_table(names: Sequence[str], results: Sequence[Mapping[str, Any]], width: int | None = None) -> str:
+    """The results of a study for the terminal: maxima in the nucleus, contact, cost; failures with their reasons.
+
+    Args:
+        names: of the cases.
+        results: the content of their result.json.
+        width: characters a line; where they do not do, costs are left out, then names have lines of their own.
+    """
+    scalars = [{"status": result["status"], **flatten(result)} for result in results]
+    columns = {"status": ("status", ""), **COLUMNS}
+    columns = {head: [head, *(_brief(of.get(key), form) for of in scalars)] for head, (key, form) in columns.items()}
+    first, shown = ["case", *names], columns
+    for cost in COSTS:
+        if width is not None and _wide(first, shown) > width:
+            shown = {head: column for head, column in shown.items() if head != cost}
+    if own_lines := width is not None and _wide(first, shown) > width:
+        shown = columns
+    widths, lines = [max(map(len, column)) for column in shown.values()], []
+    for name, *row in zip(first, *shown.values(), strict=True):
+        status, *cells = (cell.rjust(wide) for cell, wide in zip(row, widths, strict=True))
+        lines += [name] * (own_lines and name != "case")
+        start = "" if own_lines else name.ljust(max(map(len, first)))
+        lines.append("  ".join([start, status.strip().ljust(widths[0]), *cells]))
     failed = [(name, result) for name, result in zip(names, results, strict=True) if result["status"] != "solved"]
     lines += [f"{name} failed: {result['reason']}" for name, result in failed]
     return "\n".join(lines + doubtful(names, results))
+
+
+def _wide(first: Sequence[str], columns: Mapping[str, Sequence[str]]) -> int:
+    """Characters of a line of the table."""
+    return sum(2 + max(map(len, column)) for column in (first, *columns.values())) - 2
 
 
 def doubtful(names: Sequence[str], results: Sequence[Mapping[str, Any]]) -> list[str]:
@@ -196,5 +214,5 @@ def doubtful(names: Sequence[str], results: Sequence[Mapping[str, Any]]) -> list
     return lines
 
 
-def _brief(value: float | None, form: str) -> str:
+def _brief(value: float | str | None, form: str) -> str:
     return "-" if value is None else format(value, form)

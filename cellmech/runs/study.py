@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict
@@ -164,7 +165,8 @@ def close(command: Command, agenda: Agenda, solved: Mapping[str, Record]) -> int
         known = {case.name: results[command.label(order, case)] for case in order.chosen}
         here = merge_tables(order.out, order.study.cases, keys, known)
         if not command.options.quiet:
-            table = results_table(list(here), list(here.values()))
+            width = shutil.get_terminal_size().columns if on_terminal() else None
+            table = results_table(list(here), list(here.values()), width)
             say(f"\n{order.study.title}: largest values in the nucleus at the end\n{table}\n")
             for name, lines in errors.items():
                 say("\n".join([f"{name}: {lines[0]}", *lines[1:]]))

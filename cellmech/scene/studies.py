@@ -64,7 +64,7 @@ def load_study(path: str | os.PathLike[str] | None, overrides: Sequence[str] = (
         raise InputError(where, "case", "must not stand beside [sweep]", None, "Use one of them, or two files.")
     accuracy = _accuracy_parts(data.pop("accuracy", None), where)
     variants: tuple[Variant, ...] = ()
-    if sweep:
+    if sweep is not None:
         variants = swept_variants(sweep, where)
     elif named:
         variants = named_variants(named, where)

@@ -21,7 +21,8 @@ FILLED = 1.5
 MOST_PILLARS = 1000  # of an array: 30 along a side, a pitch of 0.9 µm below Table 1's cell
 SLACK = 1e-9  # of a reach, so that rounding takes no pillar away on one side only
 DIGITS = 9  # of places in a lattice [µm]: those of a symmetric one are symmetric to the last bit
-IMAGES = {"": "", "x": " mirrored", "z": " mirrored in z", "xz": " mirrored in x and z"}
+MIRRORED = " mirrored"  # in the label of a mirror image, after its pillar's
+IMAGES = {"": "", "x": MIRRORED, "z": f"{MIRRORED} in z", "xz": f"{MIRRORED} in x and z"}
 
 
 class Standing(NamedTuple):

@@ -18,6 +18,9 @@ DEEPEST = 20  # levels of tables and lists; a scene has four
 # A key of so many parts as no sentence has; the parser's memory goes with the square of their number.
 LONG_KEY = re.compile(r"""(?<![\w-])(?>(?>[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){60}""")
 
+COMMA_NUMBER = r"[-+]?\d[\d.]*,\d+"
+DECIMAL_COMMA = re.compile(rf"""^[ \t]*([\w."' -]+=[ \t]*({COMMA_NUMBER}))[ \t]*(?:\#.*)?$""", re.MULTILINE)
+
 
 def read_toml(where: str) -> dict[str, Any]:
     """The content of a TOML file.
@@ -62,9 +65,17 @@ def parse(text: str, where: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except ValueError as error:  # of tomllib, and of int() for thousands of digits
+        if comma := DECIMAL_COMMA.search(text):
+            rule, number = f"is no valid TOML: {cut(comma[1])}", pointed(comma[2])
+            raise InputError(where, "", rule, None, f"Write it with a decimal point: {number}.") from None
         raise InputError(where, "", f"is no valid TOML: {error}") from None
     except RecursionError:
         raise _too_deep(where) from None
+
+
+def pointed(text: str) -> str:
+    """A number written with a decimal comma, and perhaps points between thousands, as TOML has it."""
+    return text.replace(".", "").replace(",", ".")
 
 
 def check_size(data: object, where: str) -> None:

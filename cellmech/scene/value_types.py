@@ -8,12 +8,15 @@ from __future__ import annotations
 
 import difflib
 import math
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, get_args
 
 from pydantic import GetCoreSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+from cellmech.scene.toml_file import COMMA_NUMBER, pointed
 
 TINIEST = 1e-30  # in any unit: quotients of inputs stay inside a double's range
 
@@ -75,6 +78,8 @@ class Number:
 def _number_hint(value: object) -> str:
     if not isinstance(value, str):
         return ""
+    if re.fullmatch(COMMA_NUMBER, value):
+        return f"Write it with a decimal point: {pointed(value)}."
     try:
         number = float(value)
     except ValueError:

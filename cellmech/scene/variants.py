@@ -29,10 +29,13 @@ def swept_variants(table: object, where: str) -> tuple[Variant, ...]:
     """The Cartesian product of the axes of `[sweep]`, the last axis running fastest.
 
     Raises:
-        InputError: for an unknown key, an axis that is no list of plain values, too many cases.
+        InputError: for no or an unknown key, an axis that is no list of plain values, too many cases.
     """
     if not isinstance(table, dict):
         raise InputError(where, "sweep", 'must be a table, such as [sweep] with "cell.law" = ["yeoh"]', brief(table))
+    if not table:
+        hint = 'Such as "cell.law" = ["yeoh", "neo-hookean"] below [sweep].'
+        raise InputError(where, "sweep", "must name a key and its values", None, hint)
     axes = _flat_settings(table, f"{where}, [sweep]")
     for key, values in axes.items():
         _check_axis(key, values, f"{where}, [sweep]")

@@ -121,6 +121,21 @@ def test_results_table_lines_up():
     assert why == "b failed: slides"
 
 
+@pytest.mark.parametrize(
+    ("name", "columns"), [("b", 9), ("neo-hookean", 8), ("law=neo-hookean,lamina.young_Pa=100", 9)]
+)
+def test_results_table_fits_into_80_columns(name, columns):
+    """What costs do not fit are in timings.csv; a long name has a line of its own."""
+    values = {"J1_max": 2.00451, "J2_max": 2.00951, "J3_max": 1.0043, "sigma_mises_max_Pa": 5.4141}
+    result = {**SOLVED, "nucleus": values, "contact": {"max_depth_um": 0.0164}}
+    lines = results_table([name, "b"], [result, result], 80).splitlines()
+    assert max(map(len, lines)) <= 80 and len(results_table([name], [result]).splitlines()) == 2
+    own = [line for line in lines if line == name]
+    assert len(own) == (len(name) > 20)
+    assert len(lines[0].split()) == columns - bool(own)
+    assert len({len(line) for line in lines if line not in (name, "b", "")}) == 1
+
+
 OF_A_TERMINAL = ("COLUMNS", "LINES", "TTY_INTERACTIVE", "TTY_COMPATIBLE", "NO_COLOR", "FORCE_COLOR")  # rich asks these
 
 

@@ -183,3 +183,12 @@ def test_edge_of_a_box_that_may_lie_anywhere_does_not_fill_the_mesh():
     assert foot.least_um == pytest.approx((foot.edges[1] - foot.edges[0]) / 400, rel=1e-12)
     assert setup.number_of_cells < 15_000
     assert "are not made smaller than" in describe_model(setup).warnings["contact mesh"]
+
+
+def test_mirror_image_of_a_pillar_is_not_told_to_be_left_out():
+    """Half a cell meets its own pillar only; the other half meets the image."""
+    model = describe_model(setup_of(pillar=[{"x_um": 7.0, "half_width_um": 3.0}]))
+    assert model.modelled["pillar 0 mirrored"].startswith("meets the mirrored half")
+    assert not [label for label in model.left_out if "pillar" in label]
+    far = describe_model(setup_of(pillar=[{"x_um": 50.0, "half_width_um": 3.0}]))
+    assert {"pillar 0", "pillar 0 mirrored"} < far.left_out.keys()

@@ -140,14 +140,27 @@ def test_sweep_over_one_of_two_pillars_changes_only_that_one(study):
     assert heights == [[9.5, 3], [9.5, 4]]
 
 
-def test_sweep_without_axes_is_one_case(study):
-    assert names(study("[sweep]")) == ["my"]
+def test_radii_in_metres_are_blamed_not_the_mesh(refusal):
+    radii = zip(("membrane", "cytosol", "lamina", "nucleoplasm"), (10e-6, 9.5e-6, 5e-6, 4.9e-6), strict=True)
+    error = refusal("".join(f"[layer.{name}]\nouter_radius_um = {radius!r}\n" for name, radius in radii))
+    assert error.key == "layer.membrane.outer_radius_um"
+    assert "is in µm" in error.rule and error.hint == "In metres it would be 10 µm: write 10.0."
+
+
+@pytest.mark.parametrize("text", ["300,0", "1.234,5"])
+def test_decimal_comma_is_named(study, text):
+    with pytest.raises(InputError, match="decimal point") as refused:
+        study(f"[layer.lamina]\nyoung_Pa = {text}")
+    assert f"young_Pa = {text}" in str(refused.value)
+    with pytest.raises(InputError, match="decimal point"):
+        study("", f"layer.lamina.young_Pa={text}")
 
 
 @pytest.mark.parametrize(
     ("sweep", "key", "rule", "got"),
     [
         ("sweep = 3", "sweep", "must be a table", "got 3"),
+        ("[sweep]", "sweep", "must name a key and its values", '"cell.law" = ["yeoh"'),
         ('[sweep]\n"cell.lw" = ["yeoh"]', "cell.lw", "unknown key", "Did you mean cell.law?"),
         ('[sweep]\n"young" = [1]', "young", "unknown key", "young_Pa"),
         ('[sweep]\n"cell.law" = "yeoh"', "cell.law", "must be a list of values", "got 'yeoh'"),
