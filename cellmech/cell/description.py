@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from cellmech.cell.actin_places import PLACES
 from cellmech.cell.footing import SIZE_OVER_RADIUS
 from cellmech.cell.placed import M_S2
 from cellmech.cell.setup import Setup, material, mixed_layers
+from cellmech.cell.slips import USUAL_MEDIUM, slips
 from cellmech.fem.curves import moments
 from cellmech.mesh.disc import DiscSpec
 from cellmech.mesh.nucleus_shape import WAVES
@@ -23,26 +24,35 @@ from cellmech.solver.ellipticity import yeoh_bounds
 from cellmech.solver.simulation import Simulation
 
 COARSE = 1.5  # mesh.size_um over the usual one from which a mesh is called coarse
-USUAL_MEDIUM = 950.0  # kg/m3 beside the default cell's 1,000: what is heavier by a twentieth, as cells are in culture
 LOOKS = 720  # at an outline, around
 NO_INERTIA = 1e-9  # of the weight: rho a below it is below the Newton tolerance
+WORDS = {
+    "plane": "a cylinder on endless ridges (plane strain)",
+    "axisymmetric": "a ball on what is round about its axis",
+    "3d": "a ball in space",
+}
 
 
 @dataclass(frozen=True)
 class Model:
-    """Parts of the equations and parts left out, each with the reason; hints say what could be left out too."""
+    """Parts of the equations and parts left out, each with the reason; hints say what could be left out too.
+
+    The summary is one line of it, and slips are what the scene's author may not have meant: neither goes to results.
+    """
 
     modelled: Mapping[str, str]
     left_out: Mapping[str, str]
     warnings: Mapping[str, str]
     hints: Mapping[str, str]
+    summary: str = ""
+    slips: Mapping[str, str] = field(default_factory=dict)
 
     def lines(self) -> list[str]:
         """For people."""
-        return [f"modelled: {k}: {v}" for k, v in self.modelled.items()] + [
-            f"{kind}: {k}: {v}"
-            for kind, part in (("left out", self.left_out), ("warning", self.warnings), ("hint", self.hints))
-            for k, v in part.items()
+        warnings = {**self.warnings, **self.slips}
+        kinds = ("modelled", self.modelled), ("left out", self.left_out), ("warning", warnings), ("hint", self.hints)
+        return [f"in short: {self.summary}"] * bool(self.summary) + [
+            f"{kind}: {k}: {v}" for kind, part in kinds for k, v in part.items()
         ]
 
     def as_dict(self) -> dict[str, dict[str, str]]:
@@ -102,7 +112,19 @@ def describe_model(setup: Setup, run: Simulation | None = None, found: Mapping[s
     else:
         left["inertia"] = "not asked for; rho a is about 1e-16 of the elastic forces at these rates"
     _describe_rest(setup, modelled, left)
-    return Model(modelled, left, {**_warnings(scene), **_mesh_warnings(setup), **(found or {})}, _hints(setup))
+    warnings = {**_warnings(scene), **_mesh_warnings(setup), **(found or {})}
+    return Model(modelled, left, warnings, _hints(setup), summarised(scene), slips(setup) if run is None else {})
+
+
+def summarised(scene: Scene) -> str:
+    """Geometry, what drives the cell, and what is left out, in one line."""
+    medium = scene.cell.medium_density_kg_m3
+    weight = f"its weight{f' in medium of {medium:g} kg/m3' if medium else ' without buoyancy'}"
+    names = dict.fromkeys("adhesion" if isinstance(one, Adhesion) else "actin" for _, one in scene.drivers)
+    drivers = [weight] * scene.has_weight + list(names)
+    left = [name for name in ("adhesion", "actin") if name not in names]
+    left += ["friction", *["inertia"] * (not scene.cell.inertia), *["the way to the end"] * (not scene.time.history)]
+    return f"{WORDS[scene.cell.geometry]}, driven by {' and '.join(drivers) or 'nothing'}; without {', '.join(left)}"
 
 
 def _nucleus(setup: Setup) -> str | None:

@@ -20,10 +20,10 @@ young_Pa = 100.0               # Pa, Young's modulus
 outer_radius_um = 9.5          # µm: the membrane is 0.5 µm thick
 young_Pa = 10.0                # Pa
 [layer.lamina]
-outer_radius_um = 5.0          # µm, the radius of the nucleus
+outer_radius_um = 7.5          # µm, the radius of the nucleus
 young_Pa = 1000.0              # Pa
 [layer.nucleoplasm]
-outer_radius_um = 4.9          # µm: the lamina is 0.1 µm thick
+outer_radius_um = 7.4          # µm: the lamina is 0.1 µm thick
 young_Pa = 10.0                # Pa
 
 """
@@ -54,6 +54,11 @@ exponent = 4                   # how square in side view: 2 is an ellipsoid, 20 
 offset_um = [4.0, 4.0]         # µm, along x and z, from a pillar's middle to the cell's: between four of them
 
 """
+_HARD = """\
+[contact]
+penalty_Pa_per_um = 200.0      # Pa/µm: how hard the pillars are; the cell sinks into them the less
+
+"""
 _DRIVEN = """\
 [load]
 half_ramp_s = 5000.0           # s: the weight is whole after twice this time
@@ -78,9 +83,12 @@ history = false                # the end state alone; docs/scene.md has adhesion
 """
 # By geometry: what is said of it, and what the cell stands on and is driven by.
 _PARTS = {
-    "plane": ("             # a section through a cylinder on endless ridges; or axisymmetric, 3d", _PLANE + _DRIVEN),
-    "axisymmetric": ("      # a ball on a round pillar; or plane, 3d", _ROUND + _DRIVEN),
-    "3d": ("                # a ball on pillars; or plane, axisymmetric", _SPACE + _SPUN),
+    "plane": (
+        "             # a section through a cylinder on endless ridges; or axisymmetric, 3d",
+        _PLANE + _HARD + _DRIVEN,
+    ),
+    "axisymmetric": ("      # a ball on a round pillar; or plane, 3d", _ROUND + _HARD + _DRIVEN),
+    "3d": ("                # a ball on pillars; or plane, axisymmetric", _SPACE + _HARD + _SPUN),
 }
 GEOMETRIES = tuple(_PARTS)
 
