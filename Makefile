@@ -177,7 +177,7 @@ defaults: setup ## error against cost of other meshes, smoothings and quadrature
 
 second-code: setup ## the settled cell by a second finite-element code (installs NGSolve into .venv), compared
 	@$(PYTHON) -c 'import ngsolve' 2>/dev/null || $(PYTHON) -m pip install --quiet --no-input \
-		--disable-pip-version-check --constraint .venv/debian-versions.txt --editable '.[benchmark]'
+		--disable-pip-version-check --editable '.[benchmark]'
 	$(PYTHON) benchmarks/second_code.py $(ARGS)
 
 mutants: setup ## make the program wrong on purpose, one mistake at a time: a named test must turn red
@@ -198,10 +198,15 @@ container-check: setup ## build the container image and check it, also without D
 locking: setup ## P2 alone beside the mixed form as nu -> 0.5, into results/locking
 	$(PYTHON) benchmarks/locking.py --out $(RESULTS)/locking $(ARGS)
 
-.PHONY: docs
+notebook: setup ## the example in a notebook, docs/example.ipynb (installs Jupyter and pandas into .venv)
+	@$(PYTHON) -c 'import jupyterlab, nbformat, pandas' 2>/dev/null || $(PYTHON) -m pip install --quiet --no-input \
+		--disable-pip-version-check --editable '.[notebook]'
+	$(PYTHON) -m jupyterlab docs/example.ipynb $(ARGS)
+
+.PHONY: docs notebook
 docs: setup ## the documentation as web pages into build/docs (installs Sphinx into .venv)
-	@$(PYTHON) -c 'import furo, myst_parser, sphinx' 2>/dev/null || $(PYTHON) -m pip install --quiet --no-input \
-		--disable-pip-version-check --constraint .venv/debian-versions.txt --editable '.[docs]'
+	@$(PYTHON) -c 'import furo, ipykernel, myst_nb, sphinx' 2>/dev/null || $(PYTHON) -m pip install --quiet --no-input \
+		--disable-pip-version-check --editable '.[docs]'
 	$(PYTHON) tools/scene_reference.py
 	$(PYTHON) -m sphinx -W --keep-going -b html -d build/doctrees docs build/docs $(ARGS)
 

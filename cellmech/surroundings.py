@@ -11,6 +11,7 @@ import sys
 import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -129,6 +130,23 @@ def refuse_without_room() -> None:
     if limit != resource.RLIM_INFINITY and limit < LEAST_MB * 10**6:
         got = f"the limit on memory (ulimit -v) is {limit // 1024} kB"
         raise CellmechError(f"{got}: less than {LEAST_MB} MB is not enough to begin. Raise it: ulimit -v unlimited")
+
+
+def refuse_other_numpy() -> None:
+    """Refuse a NumPy of another major version than the one that Debian's DOLFINx was built with.
+
+    pip brings it along with packages of others, and puts it before Debian's: what is compiled then fails to load.
+
+    Raises:
+        CellmechError: with what to do.
+    """
+    found = [one for one in metadata.distributions(name="numpy") if one.version]
+    if found and found[0].version.split(".")[0] != found[-1].version.split(".")[0]:
+        place = f" in {found[0].locate_file('')}".rstrip("/")
+        raise CellmechError(
+            f"NumPy {found[0].version}{place} is not the {found[-1].version} that DOLFINx was built with: "
+            f"remove it with {sys.executable} -m pip uninstall -y numpy, then make setup"
+        )
 
 
 def start_petsc() -> None:

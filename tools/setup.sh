@@ -16,6 +16,7 @@ packages=(
     python3-dolfinx-real python3-gmsh python3-scipy python3-matplotlib
     openmpi-bin libopenblas0-pthread libegl1
 )
+debians=(numpy scipy matplotlib) # Debian's, which pip may not replace
 python=/usr/bin/python3 # never the first on PATH: only Debian's sees Debian's DOLFINx
 venv=.venv
 stamp=$venv/setup-stamp
@@ -60,13 +61,33 @@ wanted_stamp() {
 }
 
 debian_versions() {
-    # pip may not replace what Debian's DOLFINx was built and tested with.
-    "$python" - <<'PY'
+    # pip may not replace what Debian's DOLFINx was built and tested with. Later ones of matplotlib-inline ask for what
+    # Debian 12's Matplotlib has not.
+    "$python" - "${debians[@]}" <<'PY'
+import sys
 from importlib.metadata import version
 
-for name in ("numpy", "scipy", "matplotlib"):
+for name in sys.argv[1:]:
     print(f"{name}=={version(name)}")
+print("matplotlib-inline<0.2")
 PY
+}
+
+hold_versions() {
+    # For whatever the user installs, too: without it pandas brings a NumPy that DOLFINx does not load with.
+    debian_versions >$venv/debian-versions.txt
+    local held # as a URL: pip parts a path at spaces
+    held=$("$python" -c 'import pathlib, sys; print(pathlib.Path(sys.argv[1]).resolve().as_uri())' $venv/debian-versions.txt)
+    printf '[install]\nconstraint = %s\n' "$held" >$venv/pip.conf
+}
+
+intruders() {
+    # What stands in .venv before Debian's own.
+    local name
+    for name in "${debians[@]}"; do
+        compgen -G "$venv/lib/python*/site-packages/$name" >/dev/null && printf '%s ' "$name"
+    done
+    true
 }
 
 fits() {
@@ -81,9 +102,11 @@ install_python() {
     say "installing Python packages into $venv (about a minute)"
     fits || "$python" -m venv --clear --system-site-packages $venv
     rm -f $stamp
-    debian_versions >$venv/debian-versions.txt
-    $venv/bin/python -m pip install --quiet --no-input --disable-pip-version-check \
-        --constraint $venv/debian-versions.txt --editable ".$extras" ||
+    hold_versions
+    read -ra others <<<"$(intruders)"
+    [ ${#others[@]} -eq 0 ] || $venv/bin/python -m pip uninstall --quiet --yes "${others[@]}" ||
+        die "pip could not remove ${others[*]} from $venv; its message is above."
+    $venv/bin/python -m pip install --quiet --no-input --disable-pip-version-check --editable ".$extras" ||
         die "pip failed; its message is above. It needs to reach PyPI (or the mirror that pip is configured for)."
     OMPI_MCA_btl=self $venv/bin/python -c 'import dolfinx, gmsh, petsc4py, pydantic, pyvista' ||
         die "the installed packages do not work together; Python's message is above."
@@ -97,6 +120,6 @@ flock 9
 read -ra missing <<<"$(missing_packages)"
 [ ${#missing[@]} -eq 0 ] || install_packages "${missing[@]}" 9<&- # a service that apt starts must not keep the lock
 [ "${1-}" != packages ] || exit 0
-if [ "$(cat $stamp 2>/dev/null)" != "$(wanted_stamp)" ] || ! fits; then
+if [ "$(cat $stamp 2>/dev/null)" != "$(wanted_stamp)" ] || ! fits || [ -n "$(intruders)" ]; then
     install_python
 fi

@@ -8,6 +8,7 @@ from __future__ import annotations
 from cellmech import surroundings
 
 surroundings.open_streams()
+surroundings.refuse_other_numpy()
 MPI = surroundings.start_mpi()
 surroundings.start_petsc()
 with surroundings.some_home():

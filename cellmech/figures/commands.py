@@ -16,7 +16,7 @@ from cellmech.console import bear_any_text, say
 from cellmech.errors import CellmechError, InputError
 from cellmech.names import path_there
 from cellmech.results.records import write_whole
-from cellmech.surroundings import open_streams
+from cellmech.surroundings import open_streams, refuse_other_numpy
 
 if TYPE_CHECKING:
     from cellmech.figures.results import StudyResult
@@ -73,6 +73,7 @@ def run_command(
     bear_any_text()
     options = parser.parse_args(arguments)
     try:
+        refuse_other_numpy()
         faults = command(options)
     except CellmechError as error:
         say(f"error: {error}", sys.stderr)

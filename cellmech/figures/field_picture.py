@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,6 +25,15 @@ from cellmech.results.result import Result
 
 MARGIN, BELOW = 0.08, 3.0  # of the cell's diameter, around it; of this, below it where the substrate is drawn
 FRAME_MS, LAST_MS = 120, 1500
+
+
+class FieldFigure(Figure):
+    """A figure that a notebook shows where it is the last word of a cell, without `%matplotlib inline`."""
+
+    def _repr_png_(self) -> bytes:
+        stream = io.BytesIO()
+        self.savefig(stream, format="png", dpi=110)
+        return stream.getvalue()
 
 
 @dataclass(frozen=True)
@@ -151,7 +161,7 @@ def _draw(
     axes: Axes | None = None,
 ) -> Figure:
     if axes is None:
-        axes = Figure(figsize=(6.4, 5.2), layout="constrained").add_subplot()
+        axes = FieldFigure(figsize=(6.4, 5.2), layout="constrained").add_subplot()
     figure = axes.get_figure()
     assert isinstance(figure, Figure)
     true, scene = magnify == 1, result.scene

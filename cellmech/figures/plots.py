@@ -19,13 +19,12 @@ from typing import Any
 from cellmech.console import bear_any_text, say
 from cellmech.errors import CellmechError, InputError
 from cellmech.figures.results import StudyResult, read_all, read_planned, read_study
-from cellmech.figures.style import save, scalar, styled
 from cellmech.figures.table import Document
 from cellmech.names import path_there
 from cellmech.results.result import load
 from cellmech.scene.studies import load_study
 from cellmech.scene.toml_file import read_toml
-from cellmech.surroundings import open_streams
+from cellmech.surroundings import open_streams, refuse_other_numpy
 
 STUDIES = Path(__file__).resolve().parents[2] / "studies"
 IN_SPACE = Path("results/geometries/law=neo-hookean,geometry=3d")
@@ -38,6 +37,7 @@ def main(arguments: Sequence[str] | None = None, name: str = "python -m cellmech
     bear_any_text()
     options = _parser(name).parse_args(arguments)
     try:
+        refuse_other_numpy()
         return int(options.run(options))
     except CellmechError as error:
         say(f"error: {error}", sys.stderr)
@@ -178,6 +178,7 @@ def _described_shapes(options: argparse.Namespace) -> int:
 def _shape(options: argparse.Namespace) -> int:
     from cellmech.figures.shape_figure import draw_case
     from cellmech.figures.shapes import draw_shapes
+    from cellmech.figures.style import save, scalar, styled
 
     folders = [*options.folder, *options.case] or [Path("results/fig2/neo-hookean")]
     quantity, status = scalar(options.field) if options.field else None, 0
@@ -244,6 +245,7 @@ def _pictures(options: argparse.Namespace) -> int:
 
 def _turntable(options: argparse.Namespace) -> int:
     from cellmech.figures.film import make_turntable
+    from cellmech.figures.style import styled
 
     path = options.out / f"{options.stem}.gif"
     with styled():
@@ -262,6 +264,7 @@ def _paraview(options: argparse.Namespace) -> int:
 
 def _movie(options: argparse.Namespace) -> int:
     from cellmech.figures.field_picture import make_film
+    from cellmech.figures.style import styled
 
     path = options.out / f"{options.stem}.gif"
     with styled():
@@ -308,6 +311,8 @@ def _paper(options: argparse.Namespace) -> Mapping[str, Any]:
 
 
 def _draw(options: argparse.Namespace, draw: Any, *of: Any) -> int:
+    from cellmech.figures.style import save, styled  # Matplotlib, which needs the NumPy that it was built with
+
     with styled():
         for path in save(draw(*of), options.out, options.stem):
             say(str(path))

@@ -6,7 +6,6 @@ Of a case's folder: scene.toml, result.json, history.csv, outline.csv, and field
 from __future__ import annotations
 
 import csv
-import difflib
 import html
 import json
 import os
@@ -20,13 +19,16 @@ from typing import Any, TypeVar
 import numpy as np
 
 from cellmech.causes import Cause
-from cellmech.errors import InputError
+from cellmech.errors import InputError, cut
 from cellmech.names import plain, spelt
+from cellmech.results.records import flatten
 from cellmech.results.sealed import SEAL, damage, is_whole
 from cellmech.scene.files import read_scene
+from cellmech.scene.keys import likeness
 from cellmech.scene.scene import Scene
 from cellmech.scene.toml_file import read_toml
 
+ALIKE = 0.6  # a name less like a wrong one is not suggested
 AGAIN = "Solve the case again (python -m cellmech.study … --fresh)."
 
 
@@ -88,16 +90,26 @@ class Result:
         value: Any = self.result
         for part in plain(key).split("."):
             if must_be_there and isinstance(value, Mapping) and part not in value:
-                close = difflib.get_close_matches(part, value, 1)
-                hint = f"Did you mean {close[0]}?" if close else ""
-                raise InputError(str(self.folder / "result.json"), key, "there is no such number", None, hint)
+                raise InputError(
+                    str(self.folder / "result.json"), key, "there is no such number", None, self._near(key)
+                )
             value = value.get(part) if isinstance(value, Mapping) else None
         if value is not None and (isinstance(value, bool) or not isinstance(value, int | float)):
             raise InputError(str(self.folder / "result.json"), key, "must be a number", value, AGAIN)
         return float("nan") if value is None else float(value)
 
+    def _near(self, key: str) -> str:
+        """A sentence that names the numbers nearest to a wrong one."""
+        score = {
+            name: likeness(key, name) for name, value in flatten(self.result).items() if isinstance(value, int | float)
+        }
+        near = sorted((name for name in score if score[name] > ALIKE), key=score.__getitem__, reverse=True)[:3]
+        return f"Did you mean {' or '.join(near)}?" if near else "result.json and docs/files.md have their names."
+
     def history(self, *columns: str) -> dict[str, np.ndarray]:
-        """Columns of history.csv, one value per accepted step; NaN where a field is empty.
+        """Columns of history.csv, all without names, one value per accepted step; NaN where a field is empty.
+
+        An end state alone (time.history = false) has one step.
 
         Raises:
             InputError: for a file that is missing or broken, or has no such column.
@@ -110,7 +122,7 @@ class Result:
         if not rows:
             raise InputError(str(path), "", "holds no accepted step", None, AGAIN)
         found = {}
-        for column in map(plain, columns):
+        for column in map(plain, columns or rows[0]):
             if column not in rows[0]:
                 raise InputError(str(path), column, "there is no such column", None, AGAIN)
             try:
@@ -153,6 +165,12 @@ class Result:
         except (AttributeError, ValueError, OSError, UserWarning) as error:
             text = " ".join(str(error).split())[:120]
             raise InputError(str(path), "", f"is no field file of this program ({text})", None, AGAIN) from None
+
+    def __repr__(self) -> str:
+        """One line: whether it is solved, the time reached, a number to begin with."""
+        key = "lamina.sigma_mises_max_Pa"
+        told = self.failure or f"solved at t = {self.get('t_s'):,.0f} s, {key} = {self.get(key):.5g}"
+        return f"<Result {self.name!r}: {cut(told)}; {self.folder}>"
 
     def _repr_html_(self) -> str:
         """A notebook's view: largest and mean values by region."""

@@ -71,6 +71,7 @@ def attend(work: Callable[[Ranks, Interrupts], int]) -> int:
     bear_any_text()
     ranks, status = Ranks(), 1
     try:
+        surroundings.refuse_other_numpy()
         with Interrupts() as interrupts:
             status = work(ranks, interrupts)
     except CellmechError as error:

@@ -41,7 +41,7 @@ class Result(files.Result):
     """One case's files, and pictures of them."""
 
     def plot(self, quantity: str = "sigma_mises_Pa", magnify: float = 1.0, axes: Any = None) -> Any:
-        """A matplotlib figure of a field on the deformed cell, `figures.field_picture.draw_field`.
+        """A matplotlib figure of a field on the deformed cell, which a notebook shows by itself.
 
         Args:
             quantity: a scalar of the field file.

@@ -181,8 +181,8 @@ def results_table(names: Sequence[str], results: Sequence[Mapping[str, Any]], wi
         width: characters a line; where they do not do, costs are left out, then names have lines of their own.
     """
     scalars = [{"status": result["status"], **flatten(result)} for result in results]
-    columns = {"status": ("status", ""), **COLUMNS}
-    columns = {head: [head, *(_brief(of.get(key), form) for of in scalars)] for head, (key, form) in columns.items()}
+    heads = {"status": ("status", ""), **COLUMNS}
+    columns = {head: [head, *(_brief(of.get(key), form) for of in scalars)] for head, (key, form) in heads.items()}
     first, shown = ["case", *names], columns
     for cost in COSTS:
         if width is not None and _wide(first, shown) > width:

@@ -63,7 +63,7 @@ def nearest(key: str) -> str:
         return f"The dot must be outside the quotes: [{'.'.join(parts[:-1])}] {parts[-1]} = …"
     index = parts[1] if parts[0] in LISTS and len(parts) > 2 and parts[1].isdigit() else "0"
     known = [found for name in KNOWN if (found := name.replace(f"{parts[0]}.0.", f"{parts[0]}.{index}.")) != key]
-    score = {name: _likeness(key, name) for name in known}
+    score = {name: likeness(key, name) for name in known}
     best = max(score.values())
     if best < 0.6:
         table = key.rpartition(".")[0]
@@ -72,7 +72,7 @@ def nearest(key: str) -> str:
     return f"Did you mean {' or '.join(name for name in known if score[name] > best - 0.02)}?"
 
 
-def _likeness(wrong: str, known: str) -> float:
+def likeness(wrong: str, known: str) -> float:
     """1 for equal last words; then the tables decide, with less weight."""
     (wrong_table, _, wrong_word), (table, _, word) = wrong.lower().rpartition("."), known.lower().rpartition(".")
     words = difflib.SequenceMatcher(None, wrong_word, word).ratio()

@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+from importlib import metadata
 from pathlib import Path
 
 import pytest
@@ -140,6 +141,31 @@ def test_limit_on_memory_that_leaves_no_room_is_named(scene):
     done = call("sh", "-c", 'ulimit -v 600000; exec "$@"', "sh", *STUDY, "s.toml", "--out", "out")
     assert done.returncode == 1
     assert done.stderr.count("\n") == 1 and "ulimit -v) is 600000 kB" in done.stderr
+
+
+@pytest.mark.parametrize(
+    "words",
+    [["-m", "cellmech", "run", "s.toml"], ["-m", "cellmech.plots", "fig1"], ["-m", "cellmech.report", "out"]],
+    ids=["run", "plot", "report"],
+)
+def test_other_numpy_than_dolfinx_was_built_with_is_named(scene, words):
+    """As pip brings it along with pandas where nothing holds it back."""
+    found = metadata.version("numpy")
+    other = f"{int(found.split('.')[0]) + 1}.0.0"
+    (scene / f"site/numpy-{other}.dist-info").mkdir(parents=True)
+    (scene / f"site/numpy-{other}.dist-info/METADATA").write_text(f"Name: numpy\nVersion: {other}\n")
+    done = call(sys.executable, *words, PYTHONPATH=f"{scene}/site:{ENVIRONMENT['PYTHONPATH']}")
+    assert done.returncode == 1
+    assert done.stderr.count("\n") == 1 and f"NumPy {other}" in done.stderr and found in done.stderr
+    assert "pip uninstall" in done.stderr
+
+
+def test_import_names_the_other_numpy(scene):
+    (scene / "site/numpy-9.0.0.dist-info").mkdir(parents=True)
+    (scene / "site/numpy-9.0.0.dist-info/METADATA").write_text("Name: numpy\nVersion: 9.0.0\n")
+    code = "import cellmech\ntry:\n    cellmech.solve\nexcept cellmech.CellmechError as error:\n    print(error)"
+    done = call(sys.executable, "-c", code, PYTHONPATH=f"{scene}/site:{ENVIRONMENT['PYTHONPATH']}")
+    assert (done.returncode, done.stderr) == (0, "") and "NumPy 9.0.0" in done.stdout
 
 
 def test_few_open_files_are_named(scene):

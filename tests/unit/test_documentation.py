@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import ast
+import json
 import re
 import subprocess
 import sys
@@ -327,3 +328,16 @@ def test_citation_and_changelog_know_the_version():
     citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     assert re.search(rf"^version: {re.escape(cellmech.__version__)}$", citation, re.MULTILINE)
     assert cellmech.__version__ in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+
+
+def test_example_notebook_runs(tmp_path, monkeypatch, capsys):
+    """Cell by cell; it keeps no results, which `make docs` computes anew."""
+    monkeypatch.chdir(tmp_path)
+    notebook = json.loads((ROOT / "docs/example.ipynb").read_text(encoding="utf-8"))
+    names: dict[str, object] = {}
+    codes = [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
+    assert len(codes) >= 4 and not any(cell["outputs"] or cell["execution_count"] for cell in codes)
+    for cell in codes:
+        exec(compile("".join(cell["source"]).replace('"size_um": 4.0', '"size_um": 8.0'), "example", "exec"), names)
+    assert "Did you mean nucleus.J1_max" in capsys.readouterr().out
+    assert len(names["stresses"]) == 3 and len(set(names["stresses"].values())) == 3

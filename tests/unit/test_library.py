@@ -182,7 +182,9 @@ def test_observable_that_fails_is_named_and_fails_the_case(tmp_path):
 
 
 def test_number_that_no_result_has_is_refused(solved):
-    with pytest.raises(cellmech.InputError, match=r"lamina\.J1maxx: there is no such number\. Did you mean J1_max"):
+    with pytest.raises(
+        cellmech.InputError, match=r"lamina\.J1maxx: there is no such number\. Did you mean lamina\.J1_max"
+    ):
         solved.number("lamina.J1maxx")
 
 
@@ -225,6 +227,41 @@ def test_film_has_a_picture_for_each_time_on_one_scale(tmp_path, solved):
 def test_film_needs_several_times(tmp_path, solved):
     with pytest.raises(cellmech.InputError, match=r"fields\.pvd: must list several times for a film"):
         make_film(solved, tmp_path / "j1.gif", "J1")
+
+
+@pytest.mark.parametrize(
+    ("key", "near"),
+    [
+        ("nucleus.J1_mx", "nucleus.J1_max"),
+        ("J1_max", "nucleus.J1_max"),
+        ("lamina.sigma_max", "lamina.sigma_mises_max_Pa"),
+        ("contact.depth_um", "contact.max_depth_um"),
+        ("nucelus.J1_max", "nucleus.J1_max"),
+    ],
+)
+def test_wrong_number_suggests_the_nearest(solved, key, near):
+    with pytest.raises(cellmech.InputError, match="there is no such number") as refused:
+        solved.number(key)
+    assert near in refused.value.hint
+
+
+def test_history_without_names_has_every_column(solved):
+    found = solved.history()
+    assert {"t_s", "nucleus.J1_max", "contact.max_depth_um"} <= found.keys()
+    assert found["t_s"].shape == found["nucleus.J1_max"].shape == solved.history("t_s")["t_s"].shape
+
+
+def test_result_in_short_is_one_line(solved):
+    text = repr(solved)
+    assert len(text) < 200 and "\n" not in text
+    assert text.startswith(f"<Result {solved.name!r}: solved at t = ") and str(solved.folder) in text
+    assert f"lamina.sigma_mises_max_Pa = {solved.number('lamina.sigma_mises_max_Pa'):.5g}" in text
+
+
+def test_plot_shows_itself_in_a_notebook(solved):
+    picture = solved.plot("J1")
+    assert picture._repr_png_().startswith(b"\x89PNG") and len(picture._repr_png_()) > 10_000
+    assert picture.axes
 
 
 def test_notebook_shows_a_table_of_the_regions(solved):
