@@ -208,6 +208,7 @@ docs: setup ## the documentation as web pages into build/docs (installs Sphinx i
 	@$(PYTHON) -c 'import furo, ipykernel, myst_nb, sphinx' 2>/dev/null || $(PYTHON) -m pip install --quiet --no-input \
 		--disable-pip-version-check --editable '.[docs]'
 	$(PYTHON) tools/scene_reference.py
+	$(PYTHON) tools/columns.py
 	$(PYTHON) -m sphinx -W --keep-going -b html -d build/doctrees docs build/docs $(ARGS)
 
 clean: ## remove caches; results and .venv stay

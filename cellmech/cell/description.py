@@ -119,7 +119,8 @@ def describe_model(setup: Setup, run: Simulation | None = None, found: Mapping[s
 def summarised(scene: Scene) -> str:
     """Geometry, what drives the cell, and what is left out, in one line."""
     medium = scene.cell.medium_density_kg_m3
-    weight = f"its weight{f' in medium of {medium:g} kg/m3' if medium else ' without buoyancy'}"
+    buoyancy = f"in medium of {medium:g} kg/m3" if medium else "without buoyancy"
+    weight = f"{'its weight' if scene.load.factor >= 0 else 'a lift'} {buoyancy}"
     names = dict.fromkeys("adhesion" if isinstance(one, Adhesion) else "actin" for _, one in scene.drivers)
     drivers = [weight] * scene.has_weight + list(names)
     left = [name for name in ("adhesion", "actin") if name not in names]

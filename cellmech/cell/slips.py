@@ -43,7 +43,7 @@ def slips(placed: Placed) -> dict[str, str]:
 
 def _weight(placed: Placed) -> Iterator[tuple[str, str]]:
     cell = placed.scene.cell
-    if placed.weight and not cell.medium_density_kg_m3:
+    if placed.weight > 0 and not cell.medium_density_kg_m3:
         told = "cell.medium_density_kg_m3 is 0, so the cell has its whole weight, as the paper's has"
         if (left := cell.density_kg_m3 - USUAL_MEDIUM) > 0:
             told += f"; in medium of {USUAL_MEDIUM:g} kg/m3 it would have {100 * left / cell.density_kg_m3:.2g} % of it"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import errno
 import fcntl
 import hashlib
@@ -14,6 +15,7 @@ from typing import IO, Any, Protocol, TypeAlias
 from cellmech.causes import Cause, Reason
 from cellmech.errors import CellmechError
 from cellmech.results.accuracy import REGIONS, TABLES
+from cellmech.results.dictionary import dictionary
 from cellmech.results.records import CHECKPOINT, LOG, RESULT, flatten, to_csv, write_whole
 from cellmech.results.sealed import damage, is_whole
 from cellmech.scene.case import Case
@@ -21,7 +23,7 @@ from cellmech.scene.files import scene_hash
 from cellmech.sources import hash_behind
 
 SOLVER = "cellmech.runs.case"  # solves a case: what it imports decides the numbers
-SUMMARY, TIMINGS, LOCK = "summary.csv", "timings.csv", ".lock"
+SUMMARY, TIMINGS, COLUMNS, LOCK = "summary.csv", "timings.csv", "columns.csv", ".lock"
 MACHINE = ("wall_s", "ranks", "memory_MB")  # differ between runs of equal inputs: kept out of summary.csv
 COSTS = ("steps", "rejected_steps", "newton_iterations", "factorisations", "mesh_cells", "dofs")
 
@@ -134,7 +136,7 @@ def merge_tables(
             if results:
                 write_tables(folder, [case for case in cases if case.name in results], list(results.values()))
             else:
-                for name in (SUMMARY, TIMINGS):
+                for name in (SUMMARY, TIMINGS, COLUMNS):
                     (folder / name).unlink(missing_ok=True)
     except OSError as error:
         raise CellmechError(f"{folder}: the summary cannot be written ({error.strerror})") from None
@@ -182,7 +184,7 @@ def _locked(stream: IO[str]) -> bool:
 
 
 def write_tables(folder: Path, cases: Sequence[Case], results: Sequence[Mapping[str, Any]]) -> None:
-    """Write summary.csv, equal for equal inputs, and timings.csv.
+    """Write summary.csv, equal for equal inputs, columns.csv, which explains its columns, and timings.csv.
 
     Args:
         folder: of the study.
@@ -196,5 +198,8 @@ def write_tables(folder: Path, cases: Sequence[Case], results: Sequence[Mapping[
         outcome = {"status": result["status"], "reason": result["reason"]}
         summary.append({"case": case.name, **case.swept, **outcome, **scalars})
         timings.append({"case": case.name} | {key: result.get(key) for key in (*MACHINE, *COSTS)})
-    write_whole(folder / SUMMARY, to_csv(summary, ("case", *swept, "status", "reason")))
+    table = to_csv(summary, ("case", *swept, "status", "reason"))
+    columns = next(csv.reader(table.splitlines()))
+    write_whole(folder / SUMMARY, table)
+    write_whole(folder / COLUMNS, to_csv(dictionary(columns, swept)))
     write_whole(folder / TIMINGS, to_csv(timings))

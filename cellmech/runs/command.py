@@ -17,7 +17,7 @@ from typing import NoReturn
 from cellmech.errors import InputError
 from cellmech.names import plain, spelt
 from cellmech.results.accuracy import ALL_PARTS, Refinement, refinements
-from cellmech.results.archive import SUMMARY, TIMINGS
+from cellmech.results.archive import COLUMNS, SUMMARY, TIMINGS
 from cellmech.scene.case import Case
 from cellmech.scene.studies import Study, load_study
 
@@ -209,7 +209,7 @@ def _check_folders(orders: Sequence[Order], make: bool) -> None:
         for order in orders:
             for path in (order.out, *(order.out / case.name for case in order.chosen)):
                 check_folder(path)
-            for path in (order.out / SUMMARY, order.out / TIMINGS):
+            for path in (order.out / SUMMARY, order.out / TIMINGS, order.out / COLUMNS):
                 if path.is_dir():
                     raise InputError("--out", "", "must not hold a folder with the name of a file to write", str(path))
         for order in orders if make else ():
