@@ -64,7 +64,7 @@ _DRIVEN = """\
 half_ramp_s = 5000.0           # s: the weight is whole after twice this time
 
 [adhesion]                     # the weight of a cell in medium deforms next to nothing: adhesion does
-work_uJ_m2 = 5.0               # µJ/m2 (1 µJ/m2 is 1 Pa µm)
+work_uJ_m2 = 3.0               # µJ/m2 (1 µJ/m2 is 1 Pa µm)
 range_um = 0.5                 # µm, the gap across which it pulls
 half_ramp_s = 5000.0           # s, likewise
 
