@@ -20,6 +20,7 @@ RUNS := fig2 fig4 fig6 fig7
 TAKEN_OVER := fig3 fig5 table3
 DRAWN := fig1 fig2 fig3 fig4 fig5 fig6 fig7 table1 table2 table3 table-fig2
 AUDITS := audit audit-pairs
+BETWEEN := drivers-map drivers-ridges drivers-lattice
 
 # One thread a rank: the ranks are the parallelism.
 export OMP_NUM_THREADS := 1
@@ -45,7 +46,7 @@ unexport PYTHONPATH PYTHONHOME PETSC_DIR PETSC_ARCH SLEPC_DIR
 .NOTPARALLEL:
 .PHONY: help setup study test paper paper-runs taken-over figures-smoke compare report audit calibrate
 .PHONY: fig1 fig2 fig3 fig4 fig5 fig6 fig7 table1 table2 table3 table-fig2 lint check movie speed speed-error clean
-.PHONY: readings effective geometries drivers lattice verify accuracy defaults second-code mutants fuzz campaign needs locking hard-cases container-check
+.PHONY: readings effective geometries drivers drivers-lattice lattice verify accuracy defaults second-code mutants fuzz campaign needs locking hard-cases container-check
 MAKEFLAGS += --no-print-directory
 # A case that failed fails its study, and the figures that show the others and say so. So where goals follow each other
 # here, --keep-going tries them all, and then make fails.
@@ -132,6 +133,14 @@ geometries: setup ## Table 1 as a cylinder, as a turned ball and as a ball in sp
 drivers: setup ## what deforms the nucleus: weight, adhesion, contractile actin, and pairs of them; pictures and report
 	@$(MAKE) run-drivers
 	$(PYTHON) -m cellmech.report $(RESULTS)/drivers --draw
+
+# Some of these cases jump, and take an hour and more.
+drivers-lattice: setup ## the same between two ridges and between four pillars in 3-D, and the map over adhesion: hours
+	@$(MAKE) --keep-going $(BETWEEN:%=run-%)
+	$(PLOTS) fig4 --study studies/drivers-map.toml --results $(RESULTS)/drivers-map --out $(FIGURES) --stem drivers-map
+	$(PYTHON) -m cellmech.report $(RESULTS)/drivers-map
+	$(PYTHON) -m cellmech.report $(RESULTS)/drivers-ridges --draw
+	$(PYTHON) -m cellmech.report $(RESULTS)/drivers-lattice --draw
 
 lattice: setup ## a ball between four square pillars in 3-D: picture, film from all sides, files for ParaView, report
 	@$(MAKE) run-lattice
