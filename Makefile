@@ -134,13 +134,10 @@ drivers: setup ## what deforms the nucleus: weight, adhesion, contractile actin,
 	@$(MAKE) run-drivers
 	$(PYTHON) -m cellmech.report $(RESULTS)/drivers --draw
 
-# Some of these cases jump, and take an hour and more.
-drivers-lattice: setup ## the same between two ridges and between four pillars in 3-D, and the map over adhesion: hours
+drivers-lattice: setup ## the same between two ridges and between four pillars in 3-D, and the map over adhesion: an hour or two
 	@$(MAKE) --keep-going $(BETWEEN:%=run-%)
-	$(PLOTS) fig4 --study studies/drivers-map.toml --results $(RESULTS)/drivers-map --out $(FIGURES) --stem drivers-map
-	$(PYTHON) -m cellmech.report $(RESULTS)/drivers-map
-	$(PYTHON) -m cellmech.report $(RESULTS)/drivers-ridges --draw
-	$(PYTHON) -m cellmech.report $(RESULTS)/drivers-lattice --draw
+	$(PLOTS) map $(RESULTS)/drivers-map --out $(FIGURES) --stem drivers-map
+	for study in $(BETWEEN); do $(PYTHON) -m cellmech.report $(RESULTS)/$$study --draw || exit 1; done
 
 lattice: setup ## a ball between four square pillars in 3-D: picture, film from all sides, files for ParaView, report
 	@$(MAKE) run-lattice
