@@ -37,7 +37,7 @@ def main(arguments: Sequence[str] | None = None, name: str = "python -m cellmech
     bear_any_text()
     options = _parser(name).parse_args(arguments)
     try:
-        refuse_other_numpy()
+        refuse_other_numpy()  # before Matplotlib, which needs the one that it was built with
         return int(options.run(options))
     except CellmechError as error:
         say(f"error: {error}", sys.stderr)
@@ -311,7 +311,7 @@ def _paper(options: argparse.Namespace) -> Mapping[str, Any]:
 
 
 def _draw(options: argparse.Namespace, draw: Any, *of: Any) -> int:
-    from cellmech.figures.style import save, styled  # Matplotlib, which needs the NumPy that it was built with
+    from cellmech.figures.style import save, styled
 
     with styled():
         for path in save(draw(*of), options.out, options.stem):

@@ -347,7 +347,8 @@ def test_files_of_a_case(fake, my):
     my("a")
     fake("my.toml")
     assert sorted(tree(Path("results/my"))) == [
-        ".lock", "a", "a/history.csv", "a/result.json", "a/run.log", "a/scene.toml", "summary.csv", "timings.csv",
+        ".lock", "a", "a/history.csv", "a/result.json", "a/run.log", "a/scene.toml", "columns.csv",
+        "summary.csv", "timings.csv",
     ]  # fmt: skip
     assert [row["t_s"] for row in table("results/my/a/history.csv")] == ["10.0", "20.0", "30.0", "40.0", "50.0"]
     assert {key: result("a")[key] for key in ("schema", "case", "status", "reason")} == {
