@@ -181,6 +181,7 @@ class Observer:
             turned=isinstance(self.kinematics, Axisymmetric),
             top_um=max(tops, default=None),
         )
+        result["indentation_um"] = result["nucleus_shape"]["indentation_um"]
         result["contact"], result["energy"] = self._contact(), self._energy()
         return result
 

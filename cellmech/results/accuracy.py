@@ -219,7 +219,7 @@ def numbers(result: Result) -> dict[str, float]:
     """The scalars of a result that have an error, by dotted key."""
     known = (*REGIONS, *TABLES, OF_VOLUMES)
     tables = {name: result[name] for name in known if isinstance(result.get(name), Mapping)}
-    tables["lamina_pillar_distance_um"] = result.get("lamina_pillar_distance_um")
+    tables |= {name: result.get(name) for name in ("lamina_pillar_distance_um", "indentation_um")}
     return {
         key: float(value)
         for key, value in flatten(tables).items()

@@ -27,7 +27,7 @@ SUMMARY, TIMINGS, COLUMNS, LOCK = "summary.csv", "timings.csv", "columns.csv", "
 MACHINE = ("wall_s", "ranks", "memory_MB")  # differ between runs of equal inputs: kept out of summary.csv
 COSTS = ("steps", "rejected_steps", "newton_iterations", "factorisations", "mesh_cells", "dofs")
 
-OF_A_STATE = (*REGIONS, *TABLES, "lamina_pillar_distance_um", "settled", "stability")
+OF_A_STATE = (*REGIONS, *TABLES, "lamina_pillar_distance_um", "indentation_um", "settled", "stability")
 ALWAYS = ("scene", "t_s", *MACHINE, *COSTS, "versions", "model", *OF_A_STATE)  # keys of every result.json
 
 Record: TypeAlias = dict[str, Any]

@@ -23,7 +23,8 @@ REGIONS = ("nucleus", "nucleoplasm", "lamina", "cytosol", "membrane", "cell")
 KEYS = {
     "schema", "case", "scene", "status", "reason", "cause", "t_s", "steps", "rejected_steps", "newton_iterations",
     "factorisations", "wall_s", "ranks", "mesh_cells", "dofs", "versions", "source_hash", "model", "settled", *REGIONS,
-    "shape_index", "share_of_area_percent", "share_of_max", "share_of_integral", "lamina_pillar_distance_um", "contact",
+    "shape_index", "share_of_area_percent", "share_of_max", "share_of_integral", "lamina_pillar_distance_um",
+    "indentation_um", "contact",
     "energy",
 }  # fmt: skip
 
@@ -49,7 +50,8 @@ def serial(tmp_path_factory):
 
 def test_files_and_keys_are_those_of_the_interface(serial):
     assert {path.name for path in (serial / "yeoh").iterdir()} == {
-        "scene.toml", "result.json", "history.csv", "run.log", "outline.csv", "fields.pvd", "fields_0000.vtu", "fields_0001.vtu",
+        "scene.toml", "result.json", "history.csv", "run.log", "outline.csv",
+        "fields.pvd", "fields_0000.vtu", "fields_0001.vtu",
     }  # fmt: skip
     result = json.loads((serial / "yeoh/result.json").read_text())
     assert KEYS - result.keys() == set()
