@@ -304,7 +304,12 @@ def _describe_rest(setup: Setup, modelled: dict[str, str], left: dict[str, str])
     if setup.turns and not scene.cell.inertia:
         turning, sideways = ("rotations", "horizontal displacements") if space else ("rotation", "u_x")
         held = f"mean {turning}" + (f" and mean {sideways}" if setup.free_sideways else "")
-        modelled["rigid modes"] = f"{held} set to 0: nothing resists them"
+        why = "nothing resists them"
+        if scene.lopsided:
+            why += (
+                "; with its nucleus aside the cell would roll, which its grip on the obstacles, not modelled, prevents"
+            )
+        modelled["rigid modes"] = f"{held} set to 0: {why}"
     if setup.body.rate_dependent:
         modelled["time"] = f"variable-step BDF2, rtol {scene.time.rtol:g}"
     else:

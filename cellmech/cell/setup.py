@@ -205,9 +205,14 @@ class Setup(Placed):
 
     @property
     def free_sideways(self) -> bool:
-        """Whether nothing tells left from right: a symmetric scene, a flat alone in reach, a hardly sloping top."""
+        """Whether nothing tells left from right: a symmetric scene, a flat alone in reach, a hardly sloping top.
+
+        A nucleus aside tells where several obstacles are touched; on one the cell is held as if it were symmetric.
+        """
         hardly = 0.0 < abs(slope_at(self.scene, self.place.touch)) <= STEEP
-        return hardly or self.mirror_symmetric or all(isinstance(o, Flat) for o in self.body.obstacles)
+        several = len({touch.obstacle for touch in self.place.touch}) > 1
+        symmetric = self.mirror_symmetric and not (several and self.scene.lopsided)
+        return hardly or symmetric or all(isinstance(o, Flat) for o in self.body.obstacles)
 
     @property
     def turns(self) -> bool:
@@ -305,5 +310,6 @@ class Setup(Placed):
             modes = rigid_modes(self.body, self.centre, sideways=self.free_sideways)
         run = Simulation(self.body, self.schedule(), self.force_scale, self.out_of_reach, modes, not self.falls, log)
         watch, goes_on = StabilityWatch(run.body, run.state.u), self.scene.stability == "warn"
-        run.acceptance = Acceptance(run, watch, self.scene.time.end_s, goes_on, partial(missed, run))
+        seen, upright = partial(missed, run), self.scene.lopsided
+        run.acceptance = Acceptance(run, watch, self.scene.time.end_s, goes_on, seen, upright)
         return run

@@ -168,6 +168,13 @@ class Inputs(Table):
         return written or (0.0,) * (3 if self.cell.geometry == "3d" else 2)
 
     @property
+    def lopsided(self) -> bool:
+        """True if the nucleus is not symmetric about the cell's vertical axis, as far as is known."""
+        aside = self.nucleus_offset_um
+        outline = self.nucleus is not None and self.nucleus.outline_um is not None
+        return outline or any((aside[0], *aside[2:]))
+
+    @property
     def drivers(self) -> tuple[tuple[str, Adhesion | Actin], ...]:
         """What pulls besides the weight, and is not nothing, each with its name in results."""
         adhesion = (("adhesion", self.adhesion),) if self.adhesion is not None and self.adheres else ()

@@ -59,12 +59,20 @@ class Acceptance:
         end_s: of the run; the last state is always looked at [s].
         goes_on: whether states beyond the loss of ellipticity count; they are marked then.
         missed: share of the contact's force that the mesh misses [-], of the present state; collective.
+        upright: whether a moment that only the constraint on the mean rotation bears is none of the body's faults.
     """
 
     def __init__(
-        self, run: Judged, watch: StabilityWatch, end_s: float, goes_on: bool, missed: Callable[[], float]
+        self,
+        run: Judged,
+        watch: StabilityWatch,
+        end_s: float,
+        goes_on: bool,
+        missed: Callable[[], float],
+        upright: bool = False,
     ) -> None:
         self.run, self.watch, self.end_s, self.goes_on, self.missed = run, watch, end_s, goes_on, missed
+        self.upright = upright
         self.beyond: dict[str, float] = {}  # since when ellipticity has been lost, in a case that goes on nevertheless
         self.doubt = ""  # what is said of states beyond it
         self.stability: Stability | StabilityInSpace | None = None  # of the last state that was looked at
@@ -116,7 +124,7 @@ class Acceptance:
         force, energy = ledger.body.kinematics.force_unit, ledger.body.kinematics.energy_unit
         if abs(push) > SLIDING * weight:
             cause, told = Cause.SLIDES, f"the obstacles push sideways with {push:.3g} {force}"
-        elif abs(moment) > SLIDING * weight * radius_um:
+        elif abs(moment) > SLIDING * weight * radius_um and not self.upright:
             arm = f"{abs(moment / weight):.2g} um times the load"
             cause, told = Cause.TURNS, f"the obstacles turn it with {moment:.3g} {energy}, {arm}"
         else:

@@ -8,7 +8,7 @@ from mpi4py import MPI
 
 import cellmech
 from cellmech.cell.description import describe_model
-from cellmech.cell.layering import mesh_plan
+from cellmech.cell.layering import MeshPlan, mesh_plan
 from cellmech.cell.setup import Setup
 from cellmech.errors import InputError
 from cellmech.mesh.nucleus_shape import NucleusShape, waves_of
@@ -148,3 +148,15 @@ def test_check_says_what_becomes_of_an_outline():
     ellipse = read_scene({"nucleus": {"aspect": 0.64, "centre_um": [0.0, -1.0]}}, "test")
     told = describe_model(Setup(ellipse, MPI.COMM_SELF, mesh_plan(ellipse))).modelled["nucleus"]
     assert told == "12.5 um wide, 8 um high, its centre at (0, -1) um from the cell's"
+
+
+def test_nucleus_aside_moves_the_cell_between_two_pillars_and_not_on_one():
+    """Contact on both sides says where the cell rests: nothing else may hold it there."""
+    pillars = [{"x_um": x, "half_width_um": 2.5, "height_um": 5.0} for x in (-3.0, 3.0)]
+    stiff = {name: {"young_Pa": 1000.0} for name in ("lamina", "nucleoplasm")}
+    for pillar, rests in ((pillars, True), ([{}], False)):
+        tables = {"nucleus": {"centre_um": [1.0, -0.5]}, "pillar": pillar, "layer": stiff, "load": {"factor": 1.0}}
+        setup = Setup(read_scene({**COARSE, "cell": {"shape": "full"}, **tables}, "test"), MPI.COMM_SELF, MeshPlan())
+        assert setup.free_sideways != rests
+    result = cellmech.solve({"title": "two", **COARSE, "cell": {"shape": "full"}, **tables, "pillar": pillars})
+    assert abs(result.number("contact.lateral_force_Pa_x_um")) < 1e-8 * result.number("contact.weight_Pa_x_um")
