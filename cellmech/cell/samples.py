@@ -96,7 +96,8 @@ class Samples:
 
     def update(self) -> None:
         """Evaluate at the current state."""
-        self._run.body.contract(self._run.ledger.amplitude)
+        if self._run.body.contracting:
+            self._run.body.contract(self._run.ledger.amplitude)
         for constant, share in self._shares:
             constant.value = share(self._run.ledger.amplitude)
         for rows, values in self._parts:
