@@ -78,7 +78,7 @@ def _draw(wanted: dict[str, Any]) -> tuple[list[str], str]:
     limit = START_S + EACH_S * (len(wanted["cases"]) + len(wanted.get("sheet", ())))
     try:
         done = subprocess.run(
-            [sys.executable, "-m", "cellmech.figures.pictures"],
+            [sys.executable, "-W", "ignore", "-m", "cellmech.figures.pictures"],  # whatever PYTHONWARNINGS says
             input=json.dumps(wanted),
             env=os.environ | {"PYTHONPATH": path},
             capture_output=True,

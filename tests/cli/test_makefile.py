@@ -37,8 +37,9 @@ def test_paper_solves_its_57_runs_in_one_command_and_then_draws_all() -> None:
     done = make("paper", *ECHO)
     lines = started(done)
     assert done.returncode == 0, done.stderr
-    assert lines[0].split()[:5] == ["study", *(f"studies/{stem}.toml" for stem in ("fig2", "fig4", "fig6", "fig7"))]
-    assert lines[1].split()[:4] == ["study", *(f"studies/{stem}.toml" for stem in ("fig3", "fig5", "table3"))]
+    begins = ["study", "--no-pictures"]
+    assert lines[0].split()[:6] == [*begins, *(f"studies/{stem}.toml" for stem in ("fig2", "fig4", "fig6", "fig7"))]
+    assert lines[1].split()[:5] == [*begins, *(f"studies/{stem}.toml" for stem in ("fig3", "fig5", "table3"))]
     drawn = [line.split()[1] for line in lines if line.startswith("plots")]
     assert drawn == [*(f"fig{n}" for n in range(1, 8)), "table1", "table2", "table3", "table-fig2"]
     assert lines[-2:] == ["paper compare --results results", "paper report --results results"]
@@ -67,13 +68,14 @@ def test_the_coarse_paper_has_a_root_of_its_own() -> None:
 @pytest.mark.parametrize("target", [*TARGETS[1:7], "table3"])
 def test_a_figure_is_solved_then_drawn(target: str) -> None:
     assert [" ".join(line.split()) for line in started(make(target, *ECHO))] == [
-        f"study studies/{target}.toml --out results/{target}",
+        f"study --no-pictures studies/{target}.toml --out results/{target}",
         f"plots {target} --results results/{target} --out results/figures",
     ]
 
 
 def test_the_audit_goes_on_after_cases_without_a_solution() -> None:
-    assert started(make("audit", *ECHO))[0].split()[1:5] == [
+    assert started(make("audit", *ECHO))[0].split()[1:6] == [
+        "--no-pictures",
         "studies/audit.toml",
         "studies/audit-pairs.toml",
         "--out",
