@@ -9,6 +9,7 @@ from itertools import pairwise
 from pydantic import BaseModel
 
 from cellmech.cell.footing import feet
+from cellmech.cell.nucleus import outline_of_nucleus
 from cellmech.cell.placed import Placed
 from cellmech.mechanics.obstacles import Pillar
 from cellmech.scene.parts import LAYER_NAMES
@@ -58,7 +59,7 @@ def _height(placed: Placed) -> Iterator[tuple[str, str]]:
         for s in standing(scene)
         if abs(s.arch.x_um - x) < scene.radius_um + s.arch.half_width_um
     ]
-    above = y - scene.outer_radius_um("lamina") - max(tops, default=math.inf)
+    above = y + float(outline_of_nucleus(scene)[:, 1].min()) - max(tops, default=math.inf)
     if above > HIGH_UM:
         yield "nucleus", f"it starts {above:.3g} um above the pillar tops, which reach it only through what is between"
 

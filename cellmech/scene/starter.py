@@ -80,6 +80,10 @@ factor = 50.0                  # times its weight, as in a centrifuge at 50 g: t
 
 [time]
 history = false                # the end state alone; docs/scene.md has adhesion and actin, which take longer
+
+[mesh]                         # coarse, for a first look; without this table it takes ten times as long
+order = 2
+size_um = 5.0                  # µm
 """
 # By geometry: what is said of it, and what the cell stands on and is driven by.
 _PARTS = {
