@@ -9,6 +9,7 @@ import numpy as np
 
 from cellmech.causes import Reason
 from cellmech.mechanics.balance import Body
+from cellmech.solver.energy_balance import Ledger
 from cellmech.solver.newton import Outcome
 from cellmech.solver.schedule import Schedule, Step, Totals
 from cellmech.solver.state import State
@@ -19,6 +20,7 @@ class Moving(Protocol):
 
     body: Body
     state: State
+    ledger: Ledger
     schedule: Schedule
     totals: Totals
     t: float

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from cellmech.errors import SolveError
 from cellmech.solver import bdf
 from cellmech.solver.load_steps import SMALLEST_LOAD_STEP, Equilibrium, follow
 from cellmech.solver.moving import Moving
+from cellmech.solver.newton import Outcome
 from cellmech.solver.schedule import Step
 
 FIRST_STEP = 1 / 50  # of the ramp; the error control then finds the right one
@@ -24,6 +25,7 @@ RECOVERY = 1.3  # times it, with each accepted step, the largest step after one 
 PATIENT = 6  # failures in a row from which on a driven body's solve is given all its iterations: before, it may jump
 GROWN = 4.0  # times a first step whose load is lost in round-off
 PUT_ON = 1e-4  # of the end time: within this step a load that is there at once is put on
+PARTS = 8  # in which it is, each on its way to the next square: contact sinks in, at first, as the root of the load
 
 
 @dataclass
@@ -108,23 +110,38 @@ class TimeSteps:
             return run.accept(t, h, outcome, error)
 
     def _put_on(self) -> Step:
-        """Put on a load that is there at once, bit by bit, within one short step.
+        """Put on a load that is there at once, part by part, within one short step.
 
         Contact does not resist before it is pressed, so at the very start the displacement jumps: no step is so short
         that its error is small. This one's is not controlled; the history by which later steps are judged begins after.
+        Work is booked along the way, which is no straight one.
         """
-        run, rest = self.run, Equilibrium(0.0, self.history.values[0], at_rest=True)
+        run, rest = self.run, self.history.values[0]
         h = min(PUT_ON * run.schedule.end_s, run.schedule.next_landing(0.0))
         amplitude, a = run.body.amplitude(h), bdf.coefficients([h])
         run.state.ddt.set(a)
-        _, outcome = follow(run, rest, amplitude, SMALLEST_LOAD_STEP * amplitude, leap=True)
-        if outcome.reason is not None:
-            run.u[:] = rest.u
-            raise SolveError(run.no_way_on(outcome.reason, 0.0))
+        here, newton, booked = Equilibrium(0.0, rest, at_rest=True), 0, 0
+        for part in range(1, PARTS + 1):
+            here, outcome = self._further(here, (part / PARTS) ** 2 * amplitude, SMALLEST_LOAD_STEP * amplitude)
+            newton += outcome.iterations
+            if outcome.drowned and part < PARTS:
+                continue  # a larger load may be more than round-off
+            if outcome.reason is not None:
+                run.u[:] = rest
+                raise SolveError(run.no_way_on(outcome.reason, 0.0))
+            run.ledger.add_step(here.amplitude, (part - booked) / PARTS * h)
+            booked = part
         run.log(f"the load is there at once: put on within {h:.3g} s")
-        error = run.relative(run.u - rest.u)
+        error = run.relative(run.u - rest)
         self.formula, self.wish, self.history = a, h, History(3, [run.u.copy()])
-        return run.accept(h, h, outcome, error)
+        return run.accept(h, h, replace(outcome, iterations=newton), error)
+
+    def _further(self, start: Equilibrium, target: float, smallest: float) -> tuple[Equilibrium, Outcome]:
+        """Follow the equilibrium to a load amplitude, with all obstacles that it comes to."""
+        here, outcome = follow(self.run, start, target, smallest, leap=start.at_rest)
+        while self.run.reaches_more():
+            here, outcome = follow(self.run, start, target, smallest, leap=start.at_rest)
+        return here, outcome
 
     def _move_history(self) -> None:
         if self.formula is not None:

@@ -158,3 +158,26 @@ def test_every_row_of_a_falling_cell_has_its_kinetic_energy(tmp_path, ladder):
         ours=energy["balance_error"] / energy["gravity_work"],
         abs=1e-3,
     )
+
+
+def test_works_of_a_load_that_is_there_at_once_are_those_of_a_ramp(tmp_path, ladder):
+    """Of a cell with next to no viscosity, whose way does not depend on the time it takes."""
+
+    def energies(half_ramp_s, rtol):
+        tables = {
+            "cell": {"fluid_lambda_Pa_s": 1e-4, "fluid_mu_Pa_s": 1e-4},
+            "mesh": {"order": 2, "size_um": 5.0},
+            "contact": {"penalty_Pa_per_um": 2.0},
+            "load": {"half_ramp_s": half_ramp_s},
+            "time": {"end_s": 100.0, "rtol": rtol},
+        }
+        case = Case("case", read_scene(tables, "test"))
+        folder = CaseFolder(tmp_path / str(half_ramp_s), MPI.COMM_SELF)
+        result = solve_case(case, folder, MPI.COMM_SELF, mesh_plan(case.scene), lambda progress: None)
+        folder.close()
+        return result["energy"]
+
+    once, ramped = energies(0.0, 1e-2), energies(25.0, 1e-3)
+    for key in ("gravity_work", "contact_work", "stored"):
+        ladder(f"load at once, {key}", ours=once[key], reference=ramped[key], rel=5e-3, unit="Pa µm²")
+    assert abs(once["balance_error"]) < 1e-4 * once["gravity_work"]
