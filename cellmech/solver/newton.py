@@ -35,7 +35,7 @@ MAX_ITERATIONS, LEAP_ITERATIONS = 30, 16
 # Ways to try a solve: whether tangents are kept, and PETSc's line search. Full steps first: the residual's norm judges
 # them badly, for a motion of what is soft (or a contact that sets in) shakes what is stiff before it settles.
 ATTEMPTS = ((True, "basic"), (False, "bt"))
-REFINEMENTS = 2  # of what round-off stops: the translation that it holds is taken out, and is balanced by itself
+REFINEMENTS = 2  # of what round-off stops: the translation that it holds is taken out; contact is balanced by itself
 KEEP_RATE = 0.25  # a factorisation is kept while each iteration brings the residual down at least by this factor
 # One prefix for all solvers, which want the same: PETSc has room for 512 options, and a sweep for more cases than that.
 PREFIX, OPTIONS = "cellmech_", {"snes_linesearch_max_it": 12, "mat_mumps_icntl_14": 60}
@@ -179,6 +179,11 @@ class Solver:
         if self._saddle is not None:
             self._saddle.join(r, b)
 
+    def _imbalance(self) -> float:
+        """The residual's 2-norm at the unknowns [Pa µm or pN]. Collective."""
+        self._residual(self._snes, self._x, self._b)
+        return float(self._b.norm())
+
     def _tangent(self, snes: PETSc.SNES, x: PETSc.Vec, operator: PETSc.Mat, P: PETSc.Mat) -> None:
         """Assemble the tangent, or leave the last one, and with it its factorisation, while it still serves."""
         norm = snes.getFunctionNorm()
@@ -315,12 +320,15 @@ class Solver:
                 reason, residual = self._snes.getConvergedReason(), float(self._snes.getFunctionNorm())
                 self._set_unknowns(self._x)
                 drowned = reason == PETSc.SNES.ConvergedReason.DIVERGED_DTOL
-                if not drowned:
+                if drowned:
+                    self.state.recentre()
+                elif reason != PETSc.SNES.ConvergedReason.CONVERGED_SNORM_RELATIVE or self._balance is None:
                     break
-                self.state.recentre()
                 if self._balance is not None:
                     self._balance(amplitude)
                 self._x.setArray(self._unknowns())
+                if not drowned and (residual := self._imbalance()) <= BALANCED * self._sum:
+                    break
             converged = reason > 0 and self._watch.admissible(CRUSHED)
             if converged or drowned:
                 break

@@ -65,6 +65,23 @@ def test_every_step_balances_the_load_of_its_moment(tables):
     assert np.abs(run.u).max() < 1.0
 
 
+def test_round_off_at_nodes_leaves_their_sum_in_balance():
+    """A stiff, viscous membrane on a soft contact: the tangent, rounded, hardly knows the contact."""
+    young = {"membrane": 6.05e9, "cytosol": 6.77e5, "lamina": 9.22, "nucleoplasm": 2790.0}
+    fluid = {"membrane": 0.3, "cytosol": 0.0, "lamina": 0.9, "nucleoplasm": 0.0}
+    tables = {
+        "mesh": {"size_um": 5.0},
+        "layer": {name: {"young_Pa": young[name], "fluid_fraction": fluid[name]} for name in LAYER_NAMES},
+        "pillar": [{"x_um": 5.135, "half_width_um": 3.7228749999999997, "exponent": 8.0}],
+        "flat": False,
+        "contact": {"penalty_Pa_per_um": 0.0749},
+        "load": {"factor": 6.26e-6, "half_ramp_s": 8.613199999999999},
+        "time": {"end_s": 0.353},
+        "output": {"times_s": [0.31752349999999996]},
+    }
+    np.testing.assert_allclose(steps_of(run_of(scene_of(**tables)))[:, 2], 1.0, rtol=2e-6)
+
+
 def test_small_load_strains_in_proportion():
     """Strains of an end state at 1e-9 of the weight: displacements less the sinking are those of 1e-8, over ten."""
     deformed = []
