@@ -31,7 +31,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests"), str(ROOT / "tools")]
 from campaign_checks import Fault, history_is_balanced, judge, read_history  # noqa: E402
 from campaign_runs import Record, Runner  # noqa: E402
 from campaign_scenes import Draw, draw  # noqa: E402
-from campaign_twins import changed_digits, differences, twin_of  # noqa: E402
+from campaign_twins import changed_digits, differences, same_mesh, twin_of  # noqa: E402
 from campaign_verdicts import rounding, strain, verdict  # noqa: E402
 from hostile import dumped  # noqa: E402
 
@@ -178,7 +178,7 @@ class Campaign:
                 return []
             data, stress, length = found
             other = self.runner.solve(place, data)
-            tolerance = TWIN if other.get("mesh_cells") == result["mesh_cells"] else OTHER_MESH
+            tolerance = TWIN if same_mesh(result, other) else OTHER_MESH
         if other["status"] != "solved":
             return [f"{other['status']}: {other['reason'][:150]}"]
         if tolerance is None:

@@ -183,7 +183,7 @@ def reports_fit(
     result: Mapping[str, Any] | None,
     rows: Sequence[Mapping[str, float]],
 ) -> Iterator[Fault]:
-    """Force, depth and pressure as reported are those that follow from the fields."""
+    """Force, depth, pressure and width as reported are those that follow from the fields."""
     row = next((row for row in rows if row["t_s"] == t_s), None)
     if row is None:
         yield Fault("times", "the field file's time is no row of history.csv")
@@ -202,16 +202,25 @@ def reports_fit(
     if abs(exact.up - forces.up) > COARSE * max(abs(exact.up), abs(forces.up)) + noise and not warned(result):
         text = f"force {forces.up:.4g} at the solver's points, {exact.up:.4g} Pa um between them too"
         yield Fault("contact mesh", text)
+    yield from width_fits(scene, state, row.get("contact.half_width_um", math.nan), exact.depth_um)
     depth, most = (row.get(f"contact.{key}", math.nan) for key in ("max_depth_um", "max_pressure_Pa"))
     if scene.contact.form == "surface" and depth > 0:
         if abs(most - pressure(scene, np.array(depth))) > REPORTED * most:
             yield Fault("reported", f"pressure {most:.6g} Pa does not belong to depth {depth:.6g} um")
-        widest = 2 * row["contact.half_width_um"] * most
-        if told_force > (1 + COARSE) * widest + noise:
-            yield Fault("reported", f"force {told_force:.4g} Pa um is more than pressure times width, {widest:.4g}")
         off = abs(depth - max(exact.depth_um, 0.0))
         if off > COARSE * depth + 1e-13 * state.scene.radius_um:
             yield Fault("reported", f"depth {depth:.6g} um, but {exact.depth_um:.6g} follows from the fields")
+
+
+def width_fits(scene: Scene, state: State, told_um: float, depth_um: float) -> Iterator[Fault]:
+    """The half-width as reported is that of the outline, whatever the solver's points see of the contact."""
+    if math.isnan(told_um):
+        return
+    half_um = state.touching_um() / (3 - state.copies)  # a half cell's is that of the modelled half
+    deep = depth_um if scene.contact.form == "surface" else depth_um + scene.contact.volume_width_um
+    allowed = COARSE + rounding_share(state, deep)
+    if abs(told_um - half_um) > allowed * max(told_um, half_um):
+        yield Fault("reported", f"half-width {told_um:.6g} um, but {half_um:.6g} follows from the fields")
 
 
 def warned(result: Mapping[str, Any] | None) -> bool:

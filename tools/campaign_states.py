@@ -178,6 +178,28 @@ class State:
             return self._on_the_outline(FINE if fine else self.scene.contact.quadrature_degree // 2 + 1)
         return self._in_the_volume(min(30, 3 * self.scene.contact.quadrature_degree) if fine else None)
 
+    def touching_um(self) -> float:
+        """Length along x of the outline, the modelled half's of a half cell, where an obstacle's force sets in [µm].
+
+        Edges are sampled all along, and closely about their deepest sample: a contact may be narrower than the others.
+        """
+        x, contact = self.outline(), self.scene.contact
+        powers, fit = np.arange(x.shape[1]), _fit(x.shape[1] - 1)
+
+        def at(s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            points = np.einsum("esn,enc->esc", s[..., None] ** powers @ fit, x)
+            depths = [obstacle_depth(obstacle, points)[0] for obstacle in obstacles_of(self.scene)]
+            return points, np.max(depths, axis=0) + (0.0 if contact.form == "surface" else contact.volume_width_um)
+
+        s = np.tile(np.linspace(0, 1, DENSE), (len(x), 1))
+        deepest = np.take_along_axis(s, np.argmax(at(s)[1], axis=1)[:, None], axis=1)
+        closely = np.clip(deepest + np.linspace(-2, 2, DENSE) / (DENSE - 1), 0, 1)
+        points, depth = at(np.sort(np.hstack([s, closely]), axis=1))
+        a, b = depth[:, :-1], depth[:, 1:]
+        ends = (a > 0) != (b > 0)
+        share = np.where(ends, np.maximum(a, b) / np.where(ends, np.abs(a - b), 1.0), a > 0)
+        return float(np.sum(share * np.abs(np.diff(points[..., 0], axis=1))))
+
     def _on_the_outline(self, n_points: int) -> Forces:
         """A pressure p(d) along the obstacle's normal, per deformed length."""
         x = self.outline()
@@ -185,8 +207,7 @@ class State:
         if n_points == FINE:  # and points that weigh nothing, for a depth between them
             s, w = np.concatenate([s, np.linspace(-1, 1, DENSE)]), np.concatenate([w, np.zeros(DENSE)])
         s, w, degree = (s + 1) / 2, w / 2, x.shape[1] - 1
-        powers = np.arange(degree + 1)
-        fit = np.linalg.inv(np.vander(np.linspace(0, 1, degree + 1), increasing=True))
+        powers, fit = np.arange(degree + 1), _fit(degree)
         at = np.einsum("sn,enc->esc", s[:, None] ** powers @ fit, x)
         slope = np.einsum("sn,enc->esc", powers[1:] * s[:, None] ** (powers[1:] - 1) @ fit[1:], x)
         return self._sum(at, np.linalg.norm(slope, axis=-1) * w, None)
@@ -214,6 +235,12 @@ class State:
             moment += float(np.sum(lever[..., 0] * force[..., 1] - lever[..., 1] * force[..., 0]))
             deepest = max(deepest, float(d.max()))
         return Forces(self.copies * total[1], total[0], moment, deepest)
+
+
+@lru_cache
+def _fit(degree: int) -> np.ndarray:
+    """Coefficients in the powers of s of the polynomials through evenly spaced points, a power a row."""
+    return np.linalg.inv(np.vander(np.linspace(0, 1, degree + 1), increasing=True))
 
 
 @lru_cache

@@ -18,6 +18,7 @@ from cellmech.results.records import flatten
 from cellmech.scene.files import read_scene
 
 COSTS = ("wall_s", "memory_MB", "ranks")
+SHAPES = 1e-9  # relative: by how much shapes of elements differ that are the same but for rounding
 STIFFER, LARGER = 2.0**12, 2.0**4
 VISCOSITIES = (("fluid_lambda_Pa_s", 1000.0), ("fluid_mu_Pa_s", 5e-3))
 
@@ -94,6 +95,15 @@ def differences(
     rounded = _stiffest(one) * (1e-12 * _radius(one)) ** 2  # what the strains that rounding makes store
     for key, floor in (("stored", rounded), ("gravity_work", 1e-300)):
         yield from _unequal(one, other, f"energy.{key}", energy, max(tolerance, 1e-5), floor)
+
+
+def same_mesh(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
+    """Whether two results have one mesh, to scale: as many elements, of the same shapes.
+
+    Gmsh, whose tolerances know of units, may put single nodes elsewhere and make as many elements.
+    """
+    a, b = ({k: v for k, v in (r.get("mesh_quality") or {}).items() if not k.endswith("_um")} for r in (one, other))
+    return a.keys() == b.keys() and all(abs(a[key] - b[key]) <= SHAPES * abs(a[key]) for key in a)
 
 
 def changed_digits(one: Mapping[str, Any], other: Mapping[str, Any]) -> Iterator[str]:

@@ -20,7 +20,7 @@ import campaign_checks as checks
 import campaign_verdicts as verdicts
 from campaign_scenes import draw
 from campaign_states import State, obstacle_depth, pressure, ramp, weight_per_area
-from campaign_twins import changed_digits, differences, twin_of
+from campaign_twins import changed_digits, differences, same_mesh, twin_of
 
 OUTPUT_S, END_S = 9000.0, 18000.0
 FULL = {
@@ -157,7 +157,8 @@ DOCTORED = {
         rewrite_result(folder, lambda r: r["contact"].update(max_depth_um=1.2 * r["contact"]["max_depth_um"])),
     ),
     "reported, pressure": history_of_another("contact.max_pressure_Pa", 1.2, k=-1),
-    "reported, width": history_of_another("contact.half_width_um", 0.5, k=-1),
+    "reported, width": history_of_another("contact.half_width_um", 0.9, k=-1),
+    "reported, width too large": history_of_another("contact.half_width_um", 1.1, k=-1),
     "balance": shifted(y=-1e-4),
     "sideways": shifted(x=0.5),
     "moment": lambda folder: rewrite_fields(folder, bent),
@@ -195,12 +196,29 @@ def test_judge_sees_a_mesh_that_misses_the_contact_unless_the_program_says_so(so
     state.x = state.X - [0.0, 1e-6]
     points, fine = state.forces(), state.forces(fine=True)
     assert fine.up > 1.1 * points.up
-    told = {"force_Pa_x_um": points.up, "max_depth_um": fine.depth_um, "half_width_um": 1.0}
+    told = {"force_Pa_x_um": points.up, "max_depth_um": fine.depth_um, "half_width_um": state.touching_um() / 2}
     told["max_pressure_Pa"] = float(pressure(SCENE, np.array(fine.depth_um)))
     row |= {f"contact.{key}": value for key, value in told.items()}
     assert {fault.check for fault in checks.reports_fit(SCENE, state, END_S, None, [row])} == {"contact mesh"}
     result = {"contact": told, "model": {"warnings": {"contact": "the mesh is too coarse for it"}}}
     assert list(checks.reports_fit(SCENE, state, END_S, result, [row])) == []
+
+
+def test_judge_measures_a_contact_narrower_than_the_points_of_an_edge(solved):
+    """A circle on a flat, 2e-8 um deep: sqrt(2 R d) to each side. One point that bears the load is no fault of it."""
+    state = State(SCENE, checks.read_series(solved / "fields.pvd")[-1][1])
+    scene = SCENE.model_copy(update={"pillar": (), "flat": SCENE.flat.model_copy(update={"y_um": -10.0})})
+    depth, middle = 2e-8, 1.2345
+    s = np.linspace(0.0, 1.0, 5)
+    x = middle - 0.4 + s  # an edge 1 um long
+    state.scene = scene
+    state.outline = lambda: np.stack([x, -10.0 - depth + (x - middle) ** 2 / 20.0], axis=-1)[None]
+    half_um = math.sqrt(20.0 * depth)
+    assert half_um < 1 / 512
+    assert state.touching_um() == pytest.approx(2 * half_um, rel=1e-3)
+    assert list(checks.width_fits(scene, state, half_um, depth)) == []
+    for wrong in (0.9, 1.1):
+        assert [fault.check for fault in checks.width_fits(scene, state, wrong * half_um, depth)] == ["reported"]
 
 
 def falling(gap_um=100.0, **load):
@@ -371,6 +389,16 @@ def test_differences_are_seen_and_scaled(solved):
     assert list(differences(one, other, 1e-6)) == []
     other["energy"]["stored"] = 1e-16
     assert [text.split(":")[0] for text in differences(one, other, 1e-6)] == ["energy.stored"]
+
+
+def test_mesh_of_as_many_elements_is_another_where_their_shapes_differ(solved):
+    one = json.loads((solved / "result.json").read_text())
+    other = copy.deepcopy(one)
+    other["mesh_quality"]["min_edge_um"] *= 16.0
+    other["mesh_quality"]["mean_shape_quality"] *= 1 + 1e-13
+    assert same_mesh(one, other)
+    other["mesh_quality"]["mean_shape_quality"] *= 1 + 6e-7
+    assert not same_mesh(one, other) and one["mesh_cells"] == other["mesh_cells"]
 
 
 def test_changed_digits_are_seen_but_for_costs(solved):
