@@ -120,17 +120,18 @@ class TimeSteps:
         h = min(PUT_ON * run.schedule.end_s, run.schedule.next_landing(0.0))
         amplitude, a = run.body.amplitude(h), bdf.coefficients([h])
         run.state.ddt.set(a)
-        here, newton, booked = Equilibrium(0.0, rest, at_rest=True), 0, 0
-        for part in range(1, PARTS + 1):
+        here, newton, part, booked = Equilibrium(0.0, rest, at_rest=True), 0, 1, 0
+        while booked < PARTS:
             here, outcome = self._further(here, (part / PARTS) ** 2 * amplitude, SMALLEST_LOAD_STEP * amplitude)
             newton += outcome.iterations
             if outcome.drowned and part < PARTS:
-                continue  # a larger load may be more than round-off
+                part = min(2 * part, PARTS)  # a larger load may be more than round-off
+                continue
             if outcome.reason is not None:
                 run.u[:] = rest
                 raise SolveError(run.no_way_on(outcome.reason, 0.0))
             run.ledger.add_step(here.amplitude, (part - booked) / PARTS * h)
-            booked = part
+            booked, part = part, part + 1
         run.log(f"the load is there at once: put on within {h:.3g} s")
         error = run.relative(run.u - rest)
         self.formula, self.wish, self.history = a, h, History(3, [run.u.copy()])
