@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import ast
 import json
+import math
 import re
 import subprocess
 import sys
@@ -59,6 +60,8 @@ def test_included_parts_are_found(page):
 
 @pages
 def test_every_scene_is_read(page, tmp_path):
+    around = (2 * math.pi * k / 40 for k in range(40))
+    (tmp_path / "nucleus.csv").write_text("".join(f"{5 * math.cos(a)},{4 * math.sin(a)}\n" for a in around))
     for number, block in enumerate(page.blocks("toml")):
         path = tmp_path / f"block{number}.toml"
         path.write_text(block, encoding="utf-8")
@@ -190,7 +193,7 @@ def test_code_runs(name, tmp_path, monkeypatch, capsys):
 def test_tutorial_shows_what_the_program_answers(tmp_path):
     """Its checks and refusals; the numbers may be those of another mesh generator."""
     page, compared = Page("docs/tutorial.md"), 0
-    for file, text in zip(("my.toml", "sweep.toml"), page.blocks("toml"), strict=True):
+    for file, text in zip(("my.toml", "measured.toml", "sweep.toml"), page.blocks("toml"), strict=True):
         (tmp_path / file).write_text(text, encoding="utf-8")
     for block in page.blocks("console"):
         for command, shown in re.findall(r"^\$ (.*)\n((?:(?!\$ ).*\n)*)", block, flags=re.MULTILINE):
