@@ -120,12 +120,13 @@ class TimeSteps:
         h = min(PUT_ON * run.schedule.end_s, run.schedule.next_landing(0.0))
         amplitude, a = run.body.amplitude(h), bdf.coefficients([h])
         run.state.ddt.set(a)
-        here, newton, part, booked = Equilibrium(0.0, rest, at_rest=True), 0, 1, 0
+        here = start = Equilibrium(0.0, rest, at_rest=True)
+        newton, part, booked = 0, 1, 0
         while booked < PARTS:
             here, outcome = self._further(here, (part / PARTS) ** 2 * amplitude, SMALLEST_LOAD_STEP * amplitude)
             newton += outcome.iterations
             if outcome.drowned and part < PARTS:
-                part = min(2 * part, PARTS)  # a larger load may be more than round-off
+                here, part = start, PARTS  # the whole load may be more than round-off
                 continue
             if outcome.reason is not None:
                 run.u[:] = rest

@@ -1,9 +1,12 @@
 """A state that is reported is in balance with the load of its own moment, however small, stiff or late that is."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from mpi4py import MPI
 
+from cellmech.causes import Cause
 from cellmech.cell.layering import mesh_plan
 from cellmech.cell.setup import Setup
 from cellmech.errors import SolveError
@@ -12,6 +15,7 @@ from cellmech.runs.case import solve_case
 from cellmech.scene.case import Case
 from cellmech.scene.files import read_scene
 from cellmech.scene.parts import LAYER_NAMES
+from cellmech.solver import time_steps
 
 COARSE = {"size_um": 6.0}
 
@@ -148,3 +152,19 @@ def test_times_side_by_side_lead_to_the_same_end(fluid, tmp_path):
 def test_output_before_a_load_that_is_there_at_once_is_put_on_is_hit():
     scene = scene_of(load={"half_ramp_s": 0.0}, output={"times_s": [0.1]}, time={"end_s": 1e4, "rtol": 1e-2})
     assert 0.1 in steps_of(run_of(scene))[:, 0]
+
+
+def test_part_of_a_load_at_once_that_round_off_hides_is_passed_over(monkeypatch):
+    follow, asked = time_steps.follow, []
+
+    def drowned_at_the_second(run, start, target, *rest, **named):
+        asked.append(target)
+        here, outcome = follow(run, start, target, *rest, **named)
+        lost = Cause.ROUND_OFF.reason(force=1.0, load=1.0, unit="Pa um", remedy="")
+        return here, replace(outcome, reason=lost) if len(asked) == 2 else outcome
+
+    monkeypatch.setattr(time_steps, "follow", drowned_at_the_second)
+    run = run_of(scene_of(load={"half_ramp_s": 0.0}))
+    assert run.stepping.advance().amplitude == 1.0
+    assert asked == [1 / 64, 4 / 64, 1.0]
+    assert run.ledger.contact_force()[1] == pytest.approx(-run.ledger.load_resultant()[1], rel=1e-6)
