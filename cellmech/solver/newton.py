@@ -179,11 +179,6 @@ class Solver:
         if self._saddle is not None:
             self._saddle.join(r, b)
 
-    def _imbalance(self) -> float:
-        """The residual's 2-norm at the unknowns [Pa µm or pN]. Collective."""
-        self._residual(self._snes, self._x, self._b)
-        return float(self._b.norm())
-
     def _tangent(self, snes: PETSc.SNES, x: PETSc.Vec, operator: PETSc.Mat, P: PETSc.Mat) -> None:
         """Assemble the tangent, or leave the last one, and with it its factorisation, while it still serves."""
         norm = snes.getFunctionNorm()
@@ -327,7 +322,7 @@ class Solver:
                 if self._balance is not None:
                     self._balance(amplitude)
                 self._x.setArray(self._unknowns())
-                if not drowned and (residual := self._imbalance()) <= BALANCED * self._sum:
+                if not drowned:
                     break
             converged = reason > 0 and self._watch.admissible(CRUSHED)
             if converged or drowned:
