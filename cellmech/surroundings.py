@@ -152,6 +152,8 @@ def refuse_other_numpy() -> None:
 def start_petsc() -> None:
     """Start PETSc without the options that its variables and files hold: they would reach every object of ours.
 
+    Nor does it take signals over: it would answer a pipe that is closed, which Python takes for an error, by a crash.
+
     Whoever has started it before has settled them; `fenicsx.own_options` then keeps them away while a case is solved.
 
     Raises:
@@ -165,7 +167,7 @@ def start_petsc() -> None:
 
     hidden = [name for name in os.environ if name.startswith("PETSC_OPTIONS")]
     with changed_environment(dict.fromkeys(hidden)):
-        petsc4py.init(["-skip_petscrc"])
+        petsc4py.init(["-skip_petscrc", "-no_signal_handler"])
 
 
 @contextmanager

@@ -210,3 +210,20 @@ def test_missing_compiler_is_named_and_the_case_tried_again(scene):
             "s: failed: the compiler fails: no-such-cc is not installed. Equations are compiled with it" in done.stderr
         )
     assert "tried again" in Path("out/s/run.log").read_text()
+
+
+def test_a_closed_pipe_is_an_error_after_petsc_has_started_too():
+    """Its own handler ended the process: where a drawing process died early, or nobody read on."""
+    code = """
+import os
+import cellmech.fem.fenicsx
+from petsc4py import PETSc
+reading, writing = os.pipe()
+os.close(reading)
+try:
+    os.write(writing, b"x")
+except BrokenPipeError:
+    print("told")
+"""
+    done = call(sys.executable, "-c", code)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "told\n", "")
