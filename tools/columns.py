@@ -24,7 +24,7 @@ def rows(text: str) -> Iterator[tuple[str, str, str]]:
     for line in part.splitlines():
         if not line.startswith("| `"):
             continue
-        first, *unit, meaning = (cell.strip() for cell in line.strip("|").split(" | "))
+        first, *unit, meaning = (cell.strip() for cell in line.strip("|").split("|"))
         name = ""
         for found in re.findall(r"`([^`]+)`", first):
             name = name.rpartition(".")[0] + found if found.startswith(".") else found
