@@ -111,13 +111,14 @@ class Outline:
         area = float(np.sum(position[..., 0] * tangent[..., 1] * weight / 2))
         return self.comm.allreduce(length), self.comm.allreduce(area)
 
-    def crossing(self, u: fem.Function, axis: float | None = None) -> tuple[float, float] | None:
+    def crossing(self, u: fem.Function, planes: tuple[int, ...] = ()) -> tuple[float, float] | None:
         """A place where the deformed outline crosses itself [µm], None where it does not. Collective.
 
         Args:
             u: displacement [µm].
-            axis: x of the axis at which the other half is its mirror image, None for a whole outline.
+            planes: coordinates whose plane through 0 mirrors it: with x, past 0 is its other half.
         """
+        axis = 0.0 if 0 in planes else None
         edges = np.concatenate([np.empty((0, self.dofs.shape[1], 2)), *self.comm.allgather(self.nodes(u))])
         order = [0, *range(2, edges.shape[1]), 1]
         return crossing_of(np.stack([edges[:, order[:-1]], edges[:, order[1:]]], axis=2).reshape(-1, 2, 2), axis)

@@ -16,10 +16,8 @@ from scipy.spatial import cKDTree
 from cellmech.cell.observables import Observer
 from cellmech.fem.boundary import boundary
 from cellmech.fem.outline import Outline, along
-from cellmech.fem.surface import Surface
-from cellmech.results.records import CaseFolder
+from cellmech.results.records import OUTLINE, CaseFolder
 
-OUTLINE = "outline.csv"
 POINT = 1e-9  # of the curve's size: a shorter edge is a point, as where a section meets a corner of a facet
 COLUMNS = "body,state,view,x_um,y_um,z_um"
 
@@ -36,22 +34,19 @@ def write_outlines(folder: CaseFolder, observer: Observer) -> None:
 
 
 def _outlines(observer: Observer) -> Iterator[tuple[str, str, str, np.ndarray]]:
-    body, u, mirrored = observer.run.body, observer.run.state.u, observer.layout.mirrored
-    states = {"reference": fem.Function(body.space), "deformed": u}
-    for name, group in (("nucleus", "nucleus_outline"), ("cell", "outer")):
-        bound = boundary(body.domain, body.space, group, mirrored)
-        for state, displacement in states.items():
-            if isinstance(bound, Outline):
-                edges = np.concatenate(bound.comm.allgather(bound.nodes(displacement)))
-                yield name, state, "section", around(edges, observer.layout.half)
+    body, mirrored, nucleus = observer.run.body, observer.layout.mirrored, observer.nucleus
+    bounds = {"nucleus": nucleus, "cell": boundary(body.domain, body.space, "outer", mirrored)}
+    for name, bound in bounds.items():
+        for state, u in (("reference", fem.Function(body.space)), ("deformed", observer.run.state.u)):
+            if isinstance(bound, Outline) or isinstance(nucleus, Outline):
+                edges = bound.comm.allgather(bound.nodes(u))
+                yield name, state, "section", around(np.concatenate(edges), observer.layout.half)
                 continue
-            level = (
-                float(observer.nucleus.content(displacement)[2][2]) if isinstance(observer.nucleus, Surface) else 0.0
-            )
-            edges = np.concatenate(bound.comm.allgather(bound.section(displacement, 2, level)))
-            flat = around(edges, 0 in mirrored)
+            level = float(nucleus.content(u)[2][2])
+            edges = bound.comm.allgather(bound.section(u, 2, level))
+            flat = around(np.concatenate(edges), observer.layout.half)
             yield name, state, "section", np.column_stack([flat, np.full(len(flat), level)])
-            yield name, state, "above", _points(bound.shadow(displacement))
+            yield name, state, "above", _points(bound.shadow(u))
 
 
 def around(edges: np.ndarray, half: bool) -> np.ndarray:

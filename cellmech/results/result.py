@@ -21,7 +21,7 @@ import numpy as np
 from cellmech.causes import Cause
 from cellmech.errors import InputError, cut
 from cellmech.names import plain, spelt
-from cellmech.results.records import flatten
+from cellmech.results.records import OUTLINE, flatten
 from cellmech.results.sealed import SEAL, damage, is_whole
 from cellmech.scene.files import read_scene
 from cellmech.scene.keys import likeness
@@ -142,7 +142,7 @@ class Result:
         Raises:
             InputError: for a file that is missing or broken, or has no such outline.
         """
-        path, asked = self.folder / "outline.csv", [body, state, view]
+        path, asked = self.folder / OUTLINE, [body, state, view]
         columns = ("x_um", "z_um" if view == "above" else "y_um")
         rows = csv.DictReader(_text(path).splitlines())
         mine = [row for row in rows if [row.get("body"), row.get("state"), row.get("view")] == asked]

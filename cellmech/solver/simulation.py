@@ -11,7 +11,6 @@ from mpi4py import MPI
 
 from cellmech.causes import Cause, Reason
 from cellmech.fem.boundary import boundary
-from cellmech.fem.outline import Outline
 from cellmech.mechanics.balance import Body
 from cellmech.mechanics.obstacles import Obstacle
 from cellmech.solver.acceptance import Acceptance, Refused
@@ -156,8 +155,6 @@ class Simulation:
         """A place where the body's boundary crosses itself [µm]; looked for where something pulls. Collective."""
         if not self.body.drivers:
             return None
-        if isinstance(self.outline, Outline):
-            return self.outline.crossing(self.state.u, None if self.state.free[0] else 0.0)
         return self.outline.crossing(self.state.u, tuple(int(k) for k in np.flatnonzero(~self.state.free)))
 
     def rate(self) -> float:

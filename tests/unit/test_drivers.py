@@ -70,6 +70,21 @@ def pull_on(body, u=None):
     return values.reshape(-1, body.kinematics.components).sum(axis=0)
 
 
+def check_tangent(R, K, state):
+    """The compiled tangent is symmetric, and the slope of the force along a step; the state stays where it was."""
+    A = petsc.assemble_matrix(K)
+    A.assemble()
+    dense, step = A[:, :], np.random.default_rng(1).standard_normal(A.size[0])
+    slope, start = dense @ step, state.u.x.array.copy()
+    ends = []
+    for side in (1e-6, -1e-6):
+        state.u.x.array[:] = start + side * step
+        ends.append(owned_values(R))
+    state.u.x.array[:] = start
+    assert (ends[0] - ends[1]) / 2e-6 == approx(slope, abs=1e-5 * np.abs(slope).max())
+    assert np.abs(dense - dense.T).max() < 1e-9 * np.abs(dense).max()
+
+
 class TestAdhesion:
     def test_work_to_part_the_surfaces_is_the_work_of_adhesion(self) -> None:
         adhesion = Adhesion(fully, 7.0, 0.4)
@@ -116,19 +131,8 @@ class TestAdhesion:
         state = State(body)
         shares = [fem.Constant(body.domain.mesh, value) for value in (0.8, 0.6)]
         R, K = (compile_form(form, MPI.COMM_SELF) for form in equilibrium(body, state, 1.0, shares))
-        rng = np.random.default_rng(1)
         state.u.x.array[:] = affine(body.space, [[0.03, 0.01], [0.02, -0.04]])
-        A = petsc.assemble_matrix(K)
-        A.assemble()
-        dense, step = A[:, :], rng.standard_normal(A.size[0])
-        slope, start = dense @ step, state.u.x.array.copy()
-        ends = []
-        for side in (1e-6, -1e-6):
-            state.u.x.array[:] = start + side * step
-            ends.append(owned_values(R))
-        assert (ends[0] - ends[1]) / 2e-6 == approx(slope, abs=1e-5 * np.abs(slope).max())
-        # contact along the obstacle's normal is unsymmetric, and out of touch here
-        assert np.abs(dense - dense.T).max() < 1e-9 * np.abs(dense).max()
+        check_tangent(R, K, state)  # contact along the obstacle's normal is unsymmetric, and out of touch here
 
 
 class TestActin:
@@ -329,18 +333,8 @@ class TestContraction:
         R, K = (compile_form(form, MPI.COMM_SELF) for form in equilibrium(body, state, 1.0, [1.0]))
         H = np.array([[0.03, 0.01, 0.0], [0.02, -0.04, 0.01], [0.0, 0.02, 0.03]])[: 2 + space, : 2 + space]
         state.u.x.array[:] = affine(body.space, H)
-        A = petsc.assemble_matrix(K)
-        A.assemble()
-        dense, step = A[:, :], np.random.default_rng(1).standard_normal(A.size[0])
-        slope, start = dense @ step, state.u.x.array.copy()
-        ends = []
-        for side in (1e-6, -1e-6):
-            state.u.x.array[:] = start + side * step
-            ends.append(owned_values(R))
-        assert (ends[0] - ends[1]) / 2e-6 == approx(slope, abs=1e-5 * np.abs(slope).max())
-        assert np.abs(dense - dense.T).max() < 1e-9 * np.abs(dense).max()
+        check_tangent(R, K, state)
         # and the force is the slope of the stored energy, its power that of the energy by the contraction
-        state.u.x.array[:] = start
         ledger, e = Ledger(body, state), 1e-5
         energies = []
         for side in (e, -e):

@@ -83,9 +83,9 @@ def test_outline_that_crosses_itself_is_found_and_one_that_touches_its_neighbour
 def test_outline_of_a_state_is_looked_at():
     run = Setup(SCENE, MPI.COMM_SELF, mesh_plan(SCENE)).create_run(lambda line: None)
     assert run.crossing() is None
-    assert run.outline.crossing(run.state.u, 0.0) is None
+    assert run.outline.crossing(run.state.u, (0,)) is None
     top = run.body.space.tabulate_dof_coordinates()[:, 1] > 9.0
     run.u.reshape(-1, 2)[top, 1] -= 25.0  # the upper half falls through the lower
-    assert run.outline.crossing(run.state.u, 0.0) is not None
+    assert run.outline.crossing(run.state.u, (0,)) is not None
     assert run.crossing() is None  # nothing pulls, and nothing is looked for
     run.close()
