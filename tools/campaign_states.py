@@ -14,7 +14,7 @@ import basix
 import numpy as np
 
 from cellmech.fem.subdivision import lattice, lattice_pieces
-from cellmech.results.result import read_grid
+from cellmech.results.result import modelled, read_grid
 from cellmech.scene.scene import Scene
 
 DENSE = 513  # points of an edge at which its depth is looked for
@@ -112,7 +112,7 @@ class State:
 
     def __init__(self, scene: Scene, path: Path) -> None:
         self.scene, self.divisions = scene, {1: 1, 2: 2, 3: 4}[scene.mesh.order]
-        grid = read_grid(path)
+        grid = modelled(read_grid(path))
         nodes = grid.cells_dict[grid.celltypes[0]]
         self.det_F, self.arrays = np.asarray(grid["det_F"]), {key: np.asarray(grid[key]) for key in grid.point_data}
         points, pieces, _ = _element(self.divisions)

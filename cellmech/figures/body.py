@@ -14,7 +14,7 @@ from cellmech.cell.nucleus import nucleus_shape
 from cellmech.errors import InputError
 from cellmech.figures.style import LAYER_COLOURS
 from cellmech.mesh.nucleus_shape import NucleusShape
-from cellmech.results.result import read_grid
+from cellmech.results.result import modelled, read_grid
 from cellmech.scene.placement import placement
 from cellmech.scene.scene import Scene
 
@@ -181,7 +181,7 @@ def read_body(path: Path, scene: Scene, quantity: str | None = None, pieces: int
         InputError: for a file that is broken or has other content, or for a field that is not there.
     """
     try:
-        grid = read_grid(path)
+        grid = modelled(read_grid(path))
         cells = np.concatenate([nodes for _, nodes in sorted(grid.cells_dict.items())])
         points, moved = np.asarray(grid.points), np.asarray(grid.point_data["displacement_um"])
         layer = np.asarray(grid.cell_data["layer"])

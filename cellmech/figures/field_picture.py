@@ -21,7 +21,7 @@ from cellmech.figures.film import write_film
 from cellmech.figures.space import beyond, scale_of
 from cellmech.figures.style import FADED, SUBSTRATE, field_label
 from cellmech.figures.substrate import behind, polygons, section_words
-from cellmech.results.result import Result
+from cellmech.results.result import Result, modelled
 
 MARGIN, BELOW = 0.08, 3.0  # of the cell's diameter, around it; of this, below it where the substrate is drawn
 FRAME_MS, LAST_MS = 120, 1500
@@ -63,7 +63,7 @@ def read_state(result: Result, t_s: float, file: Path, quantity: str, magnify: f
     """
     if not isinstance(magnify, int | float) or not 0 < magnify < math.inf:
         raise InputError("magnify", "", "must be a number above 0", magnify)
-    grid = result.fields(file)
+    grid = modelled(result.fields(file))
     scalars = [name for name, values in grid.point_data.items() if values.ndim == 1]
     if quantity not in scalars:
         raise InputError(str(file), quantity, f"must be one of {', '.join(scalars)}")

@@ -28,12 +28,11 @@ class Ground:
     middle: np.ndarray
     rim: float
 
-    def surfaces(self, lowest: float = -np.inf, points: int = GRID) -> list[tuple[str, Any]]:
+    def surfaces(self, lowest: float = -np.inf) -> list[tuple[str, Any]]:
         """Each as `PILLAR` or `FLAT` and its surface above a level [µm], for pyvista; what is below it is left out.
 
         Args:
             lowest: the level [µm].
-            points: as `GRID`.
         """
         import pyvista
 
@@ -41,7 +40,7 @@ class Ground:
         level = flat.y_um if flat is not None and flat.y_um > lowest else None
         floor = lowest if level is None else level
         arches = [one.arch for one in standing(self.scene) if self._shown(one.arch)]
-        found = [(PILLAR, self._pillar(arch, floor, points)) for arch in arches]
+        found = [(PILLAR, self._pillar(arch, floor)) for arch in arches]
         if level is not None:
             centre = (self.middle[0], level, self.middle[2])
             found.append((FLAT, pyvista.Disc(center=centre, inner=0.0, outer=self.rim, normal=(0, 1, 0), c_res=180)))
@@ -53,7 +52,7 @@ class Ground:
         away = np.abs([arch.x_um - self.middle[0], z - self.middle[2]])
         return bool(np.hypot(*np.maximum(away - w, 0.0)) < self.scene.radius_um or np.hypot(*(away + w)) < self.rim)
 
-    def _pillar(self, arch: Upright, floor: float, points: int) -> Any:
+    def _pillar(self, arch: Upright, floor: float) -> Any:
         """The surface of a pillar above a level, cut off at the rim."""
         import pyvista
 
@@ -62,7 +61,7 @@ class Ground:
         deep = (self.middle[2] - reach, self.middle[2] + reach) if z is None else (z - w, z + w)
         low = np.array([arch.x_um - w, max(arch.y_um, floor), deep[0]])
         high = np.array([arch.x_um + w, arch.y_um + 1.03 * arch.height_um, deep[1]])
-        grid = pyvista.ImageData(dimensions=(points,) * 3, spacing=(high - low) / (points - 1), origin=low)
+        grid = pyvista.ImageData(dimensions=(GRID,) * 3, spacing=(high - low) / (GRID - 1), origin=low)
         places = np.asarray(grid.points)
         inside = np.minimum(arch.level_set(places.T), 1.0 - from_axis(places, self.middle) / self.rim)
         if high[1] <= low[1]:

@@ -1,4 +1,4 @@
-"""Files for ParaView of what is not in the field files: the whole cell where it is now, by layer, and its substrate."""
+"""Files for ParaView of the whole cell where it is now, layer by layer, and of its substrate."""
 
 from __future__ import annotations
 
@@ -9,19 +9,13 @@ from typing import Any
 import numpy as np
 
 from cellmech.errors import InputError
-from cellmech.figures.ground import FLAT, PILLAR, Ground
 from cellmech.figures.render import surface_of
 from cellmech.figures.style import LAYER_COLOURS
-from cellmech.figures.substrate import polygons
 from cellmech.results.records import PARTIAL, write_whole
-from cellmech.results.result import Result
-from cellmech.scene.placement import placement
+from cellmech.results.result import Result, modelled
+from cellmech.results.substrate_file import substrate_triangles
+from cellmech.results.vtu import MIRRORED
 from cellmech.scene.scene import Scene
-
-MIRRORED = {3: (0, 2, 1), 6: (0, 2, 1, 5, 4, 3), 4: (0, 2, 1, 3), 10: (0, 2, 1, 3, 6, 5, 4, 7, 9, 8)}  # keeps the sense
-FARTHEST = 3.0  # radii from the cell's axis to the last pillar, and the flat's rim
-THICK = 0.25  # radii of the flat that is drawn in a section
-POINTS = 50  # as `cellmech.figures.ground.GRID`
 
 
 def write_paraview(case: Result, out: Path, stem: str) -> int:
@@ -68,6 +62,7 @@ def whole(grid: Any, mirrors: str) -> Any:
     """
     import pyvista
 
+    grid = modelled(grid)
     (kind, cells), *_ = grid.cells_dict.items()
     moved = np.asarray(grid.points) + np.asarray(grid.point_data["displacement_um"])
     points, layer = moved.astype(np.float32), np.asarray(grid.cell_data["layer"])
@@ -85,24 +80,10 @@ def whole(grid: Any, mirrors: str) -> Any:
 
 
 def _ground(scene: Scene) -> dict[str, Any]:
-    """Surfaces of all pillars and of the flat, what there is of them; in the plane of a section one of both."""
-    import pyvista
-
-    x, y, *z = placement(scene).centre
-    rim = FARTHEST * scene.radius_um
-    if z:
-        found = Ground(scene, np.array([x, y, *z]), rim).surfaces(points=POINTS)
-        parts = {
-            f"{PILLAR}s": [of for kind, of in found if kind == PILLAR],
-            FLAT: [of for kind, of in found if kind == FLAT],
-        }
-        return {name: pyvista.merge(surfaces) for name, surfaces in parts.items() if surfaces}
-    bottom = -np.inf if scene.flat is None else scene.flat.y_um - THICK * scene.radius_um
-    triangles = polygons(scene, (x - rim, x + rim, bottom, y))
-    if not triangles:
-        return {}
-    corners = np.pad(np.concatenate(triangles), ((0, 0), (0, 0), (0, 1)))
-    return {"substrate": surface_of(np.maximum(corners, [-np.inf, bottom, 0.0]))}
+    """Surfaces, in the plane sections, of the flat and of all pillars, what there is of them."""
+    triangles = substrate_triangles(scene)
+    parts = {"flat": [triangles.pop(0)] if 0 in triangles else [], "pillars": list(triangles.values())}
+    return {name: surface_of(np.concatenate(corners)) for name, corners in parts.items() if corners}
 
 
 def _save(dataset: Any, path: Path) -> None:

@@ -23,6 +23,7 @@ from cellmech.errors import InputError, cut
 from cellmech.names import plain, spelt
 from cellmech.results.records import OUTLINE, flatten
 from cellmech.results.sealed import SEAL, damage, is_whole
+from cellmech.results.vtu import IMAGE
 from cellmech.scene.files import read_scene
 from cellmech.scene.keys import likeness
 from cellmech.scene.scene import Scene
@@ -156,6 +157,8 @@ class Result:
     def fields(self, file: Path | None = None) -> Any:
         """A field file, the last if none is given, as a pyvista UnstructuredGrid: every triangle has its own points.
 
+        It has the whole cell, unless `output.whole_cell` is off; its cell data `image` is 0 for what was computed.
+
         Raises:
             InputError: for a file that is missing or broken.
         """
@@ -198,8 +201,8 @@ class Result:
     def _listed(self) -> list[tuple[float, str]]:
         path = self.folder / "fields.pvd"
         try:
-            entries = ET.fromstring(_text(path)).iter("DataSet")
-            found = sorted((float(e.attrib["timestep"]), e.attrib["file"]) for e in entries)
+            entries = [e.attrib for e in ET.fromstring(_text(path)).iter("DataSet")]
+            found = sorted((float(e["timestep"]), e["file"]) for e in entries if e.get("part", "0") == "0")
         except (ET.ParseError, KeyError, ValueError) as error:
             raise InputError(str(path), "", f"is no list of field files ({error})", None, AGAIN) from None
         if not found:
@@ -222,6 +225,14 @@ def read_grid(path: Path) -> Any:
     with pyvista.vtk_verbosity("off"), warnings.catch_warnings():
         warnings.filterwarnings("error", message=".*raised an error while reading")  # pyvista reads on
         return pyvista.read(path)
+
+
+def modelled(grid: Any) -> Any:
+    """What was computed of a field file's cell, without its images."""
+    if IMAGE not in grid.cell_data:  # a file of before images were written
+        return grid
+    mine = np.flatnonzero(np.asarray(grid.cell_data[IMAGE]) == 0)
+    return grid if len(mine) == grid.n_cells else grid.extract_cells(mine, pass_cell_ids=False, pass_point_ids=False)
 
 
 def load(folder: str | os.PathLike[str]) -> Result:

@@ -165,7 +165,7 @@ def _solve(
             folder.add_row({**numbers, "settled": settled, **flatten(scalars)})
             report(Progress(case.name, step.t_s, scene.time.end_s, run.totals.steps, run.totals.newton_iterations))
             if step.t_s in scene.output.times_s and step.t_s < scene.time.end_s:
-                write_fields(folder, observer, step.t_s, series, beyond)
+                write_fields(folder, scene, observer, step.t_s, series, beyond)
                 look_for_doubts(f"at t = {step.t_s:.6g} s ")
             folder.agree()
 
@@ -196,7 +196,7 @@ def _solve(
         if told := folds(scene, scalars["membrane"]["principal_stretch_min"]):
             in_doubt["folds"] = told
             folder.log(f"warning: folds: {told}")
-        write_fields(folder, observer, run.t, series, bool(accepted.beyond))
+        write_fields(folder, scene, observer, run.t, series, bool(accepted.beyond))
         write_outlines(folder, observer)
         look_for_doubts()
     folder.agree()

@@ -393,9 +393,11 @@ class Mesh(Table):
 
 
 class Output(Table):
-    """Times [s] at which fields are written besides the end, and whether a run leaves pictures."""
+    """What is written besides the numbers: fields and pictures."""
 
     times_s: tuple[Annotated[float, Number("s", above=0, most=1e12)], ...] = ()
     """Times at which field files are written besides the end, rising."""
+    whole_cell: bool = True
+    """Whether field files have the whole cell; false leaves the mirror images of what was computed out."""
     pictures: bool = True
     """Whether a run leaves a picture of the case; it bears on no number, and changing it solves nothing again."""

@@ -51,7 +51,7 @@ def serial(tmp_path_factory):
 def test_files_and_keys_are_those_of_the_interface(serial):
     assert {path.name for path in (serial / "yeoh").iterdir()} == {
         "scene.toml", "result.json", "history.csv", "run.log", "outline.csv",
-        "fields.pvd", "fields_0000.vtu", "fields_0001.vtu",
+        "fields.pvd", "fields_0000.vtu", "fields_0001.vtu", "substrate.vtu",
     }  # fmt: skip
     result = json.loads((serial / "yeoh/result.json").read_text())
     assert KEYS - result.keys() == set()

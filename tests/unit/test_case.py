@@ -134,7 +134,9 @@ def test_state_that_only_the_constraint_holds_is_not_the_one_saved(tmp_path, mon
         return observe(self, t_s)
 
     monkeypatch.setattr(Observer, "observe", observe_and_keep)
-    monkeypatch.setattr(cases, "write_fields", lambda folder, observer, *rest: written.append(observer.run.u.copy()))
+    monkeypatch.setattr(
+        cases, "write_fields", lambda folder, scene, observer, *rest: written.append(observer.run.u.copy())
+    )
     with closing(CaseFolder(tmp_path, MPI.COMM_SELF)) as folder:
         result = solve_case(case, folder, MPI.COMM_SELF, mesh_plan(case.scene), lambda progress: None)
         folder.flush()

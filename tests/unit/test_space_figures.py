@@ -227,7 +227,7 @@ class TestFilesForParaView:
 
     def test_the_whole_ball_is_there_by_layer_where_it_is_now_and_its_pillars(self, tmp_path: Path) -> None:
         blocks = self.blocks(write_ball(tmp_path / "ball", lean, **LATTICE), tmp_path)
-        assert list(blocks) == [*LAYER_COLOURS, "pillars", "flat"]
+        assert list(blocks) == [*LAYER_COLOURS, "flat", "pillars"]
         quarter = pyvista.read(tmp_path / "ball" / "fields_0000.vtu").compute_cell_sizes()
         for code, name in enumerate(LAYER_COLOURS):
             volumes = blocks[name].compute_cell_sizes()["Volume"]
@@ -251,9 +251,10 @@ class TestFilesForParaView:
     def test_a_plane_cell_has_both_halves_and_the_section_of_its_substrate(self, tmp_path: Path) -> None:
         write_case(tmp_path / "yeoh", "yeoh", 0, sag)
         blocks = self.blocks(tmp_path / "yeoh", tmp_path)
-        assert list(blocks) == [*LAYER_COLOURS, "substrate"]
+        assert list(blocks) == [*LAYER_COLOURS, "flat", "pillars"]
         np.testing.assert_allclose(blocks["membrane"].bounds[:4], [-10.1, 10.1, -0.5, 18.9], atol=0.02)
-        np.testing.assert_allclose(blocks["substrate"].bounds, [-30, 30, -12.5, -0.5, 0, 0], atol=1e-6)
+        np.testing.assert_allclose(blocks["flat"].bounds, [-30, 30, -12.5, -10, 0, 0], atol=1e-6)
+        np.testing.assert_allclose(blocks["pillars"].bounds, [-10, 10, -10, -0.5, 0, 0], atol=1e-6)
 
 
 class TestSubstrate:

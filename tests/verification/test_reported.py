@@ -23,6 +23,7 @@ from cellmech.results.records import CaseFolder, flatten
 from cellmech.runs.case import mesh_plan, solve_case
 from cellmech.scene.case import Case
 from cellmech.scene.files import read_scene
+from cellmech.scene.scene import Scene
 from cellmech.solver.principal import ENTRIES, principal_stretches
 from cellmech.solver.schedule import Schedule
 from cellmech.solver.simulation import Simulation
@@ -313,7 +314,7 @@ def test_field_file_has_every_element_as_it_is(observers, tmp_path, which, trian
     observer = observers[which]
     deform(observer, SHEARED, BEFORE)
     folder = CaseFolder(tmp_path / "case", MPI.COMM_SELF)
-    write_fields(folder, observer, 7.0, [])
+    write_fields(folder, Scene.model_validate({"output": {"whole_cell": False}}), observer, 7.0, [])
     folder.close()
     reader = vtkXMLUnstructuredGridReader()
     reader.SetFileName(str(tmp_path / "case" / "fields_0000.vtu"))

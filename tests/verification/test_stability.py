@@ -82,7 +82,7 @@ def test_unstable_end_state_is_no_solution_and_the_last_stable_state_is_sought_a
         rows = list(csv.DictReader(file))
     assert len(rows) == result["steps"] == 1
     saved = ElementTree.parse(tmp_path / "fields.pvd").findall(".//DataSet")
-    assert [float(one.get("timestep")) for one in saved] == [result["t_s"]]
+    assert [float(one.get("timestep")) for one in saved if not one.get("part")] == [result["t_s"]]
     first = "load amplitude 1: ellipticity is lost at t = 18000 s, load amplitude 1: margin -"
     assert any(line.startswith(first) for line in (tmp_path / "run.log").read_text().splitlines())
 
