@@ -26,6 +26,7 @@ from cellmech.solver.simulation import Simulation
 UNKNOWNS = 12_000  # of the coarsest mesh, roughly
 WORTH = 4.0  # times as many unknowns, from which a guess is worth its own solution
 SMALLEST = 1 / 64  # of the load: a load step below it is worth none
+ROUGHLY = 1e-4  # of the load that may be out of balance: less than another mesh changes, and than a verdict sees
 FEWER = 0.5  # of the unknowns, above which it is none: thin layers and contacts may leave no coarser mesh
 
 
@@ -47,7 +48,7 @@ def begin_near(setup: Setup, run: Simulation, plan: MeshPlan, additions: Additio
         with_fewer = Setup(setup.scene.model_copy(update={"mesh": before}), comm, plan, additions)
         if with_fewer.dofs > FEWER * setup.dofs:
             return
-        first = with_fewer.create_run(lambda line: log(f"first guess: {line}"))
+        first = with_fewer.create_run(lambda line: log(f"first guess: {line}"), ROUGHLY)
         try:
             begin_near(with_fewer, first, plan, additions, log)
             share = _go_far(first) / whole

@@ -303,12 +303,19 @@ class Setup(Placed):
         gap = scene.cell.gap_um if self.place.touch and scene.cell.gap_um > 0 else math.inf
         return min(way, gap) or scene.radius_um
 
-    def create_run(self, log: Callable[[str], None]) -> Simulation:
-        """The run, its zero modes removed where the scene has any; states of no stable material do not count."""
+    def create_run(self, log: Callable[[str], None], tolerance: float | None = None) -> Simulation:
+        """The run, its zero modes removed where the scene has any; states of no stable material do not count.
+
+        Args:
+            log: receives one line of text now and then.
+            tolerance: as `Simulation` has it.
+        """
         modes = None
         if self.turns and not self.scene.cell.inertia:
             modes = rigid_modes(self.body, self.centre, sideways=self.free_sideways)
-        run = Simulation(self.body, self.schedule(), self.force_scale, self.out_of_reach, modes, not self.falls, log)
+        run = Simulation(
+            self.body, self.schedule(), self.force_scale, self.out_of_reach, modes, not self.falls, log, tolerance
+        )
         watch, goes_on = StabilityWatch(run.body, run.state.u), self.scene.stability == "warn"
         seen, upright = partial(missed, run), self.scene.lopsided
         run.acceptance = Acceptance(run, watch, self.scene.time.end_s, goes_on, seen, upright)

@@ -21,9 +21,10 @@ from cellmech.solver.coarse import coarse_operator, interpolation
 from cellmech.solver.det_f import order_of
 from cellmech.solver.room import GIB
 
-LARGE = 40_000  # unknowns of a body in space from which multigrid is faster
+LARGE = 10_000  # unknowns of a body in space from which multigrid is faster
 FORCING = 1e-2  # share of the right-hand side that a linear solve leaves: no digit that the Newton step does not need
 SPARE = 0.3  # of the residual that ends Newton's method: what a linear solve leaves of it
+FACTORISED = 40_000  # unknowns up to which factors stand in where multigrid finds no solution
 EXACTLY = 1e-8  # such a share where a solution serves many steps
 MOST_ITERATIONS, ENOUGH = 200, 60  # the second with the coarse level of an earlier tangent
 SET_UP = 10.0  # iterations that a coarse level is worth: so many too many, and the next tangent has one of its own
@@ -125,6 +126,7 @@ class Multigrid:
     """GMRES, preconditioned by one cycle between the displacement's space and that of `coarse.interpolation`.
 
     The coarse level of one tangent serves for the next ones until the iterations that this costs outweigh a new one.
+    Where this finds no solution MUMPS's factors stand in, of a body that is not too large for them, until a `reset`.
     """
 
     def __init__(self, body: Body) -> None:
@@ -135,6 +137,8 @@ class Multigrid:
         self._coarse: Any = None
         self._lost, self._best, self.iterations = 0.0, math.inf, 0
         self._fault: Reason | None = None
+        self._factors: Direct | None = None
+        self._small = _unknowns(body) <= FACTORISED
 
     def install(self, pc: PETSc.PC) -> None:
         """See `Linear`."""
@@ -158,8 +162,12 @@ class Multigrid:
         self._held.destroy()
 
     def setUp(self, pc: PETSc.PC) -> None:
-        """Take a new tangent: smoothers are set up for it at once."""
+        """Take a new tangent: smoothers, or factors, are set up for it at once."""
         A, _ = pc.getOperators()
+        if self._factors is not None:
+            self._factors.pc.setOperators(A)
+            self._factors.pc.setUp()
+            return
         if self._coarse is None or self._lost > SET_UP:
             self._coarsen(A)
         if self._ksp is None:
@@ -194,6 +202,16 @@ class Multigrid:
 
     def apply(self, pc: PETSc.PC, r: PETSc.Vec, z: PETSc.Vec) -> None:
         """Solve, with a coarse level of this tangent's own where the one at hand does not serve; NaN if none does."""
+        if self._factors is None and not self._cycle(pc, r, z):
+            if not self._small:
+                z.set(math.nan)
+                return
+            self._factors = self._factorised(pc)
+        if self._factors is not None:
+            self._factors.pc.apply(r, z)
+
+    def _cycle(self, pc: PETSc.PC, r: PETSc.Vec, z: PETSc.Vec) -> bool:
+        """Solve by multigrid; whether that led to a solution."""
         known, self._fault = self._best < math.inf, None
         solved = self._solve(r, z, ENOUGH if known else MOST_ITERATIONS)
         if not solved and known:
@@ -202,7 +220,16 @@ class Multigrid:
         if not solved:
             left, made = self._ksp.getResidualNorm() / r.norm(), self._ksp.getIterationNumber()
             self._fault = Cause.NOT_SOLVED.reason(left=left, made=made)
-            z.set(math.nan)
+        return solved
+
+    def _factorised(self, pc: PETSc.PC) -> Direct:
+        factors, inner = Direct(), PETSc.PC().create(pc.getComm())
+        inner.setOptionsPrefix(pc.getOptionsPrefix())
+        inner.setOperators(pc.getOperators()[0])
+        factors.install(inner)
+        inner.setFromOptions()
+        inner.setUp()
+        return factors
 
     def _solve(self, r: PETSc.Vec, z: PETSc.Vec, most: int) -> bool:
         """Whether the residual fell as far as asked; counts what iterations more than with a new set-up it took."""
@@ -224,11 +251,14 @@ class Multigrid:
             if held is not None:
                 held.destroy()
         self._ksp = self._coarse = None
+        if self._factors is not None:
+            self._factors.pc.destroy()
+            self._factors = None
         room.give_back()
 
     def fault(self) -> Reason | None:
         """See `Linear`."""
-        return self._fault
+        return self._fault if self._factors is None else self._factors.fault()
 
 
 @dataclass(frozen=True)

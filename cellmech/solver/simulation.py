@@ -45,6 +45,7 @@ class Simulation:
         modes: makes the rigid modes to take out, if any.
         touching: whether the body, at rest, touches an obstacle, and does not fall onto it.
         log: receives one line of text now and then.
+        tolerance: share of the load that may be out of balance [-]; the solver's own if None.
     """
 
     def __init__(
@@ -56,8 +57,10 @@ class Simulation:
         modes: RigidModes | None = None,
         touching: bool = True,
         log: Callable[[str], None] = lambda line: None,
+        tolerance: float | None = None,
     ) -> None:
         self.schedule, self.force_scale, self.modes, self.log = schedule, force_scale, modes, log
+        self.tolerance = tolerance or (TOLERANCE if body.density is None else MOVING_TOLERANCE)
         self.out_of_reach = list(out_of_reach)
         self.acceptance: Acceptance | None = None  # what states count, besides being solved; all, without it
         self.state = State(body)
@@ -95,9 +98,8 @@ class Simulation:
 
     def _bind(self, body: Body) -> None:
         self.body = body
-        tolerance = TOLERANCE if body.density is None else MOVING_TOLERANCE
         balance = partial(self._settle, nearly=EXACTLY) if self._settles else None
-        self.solver = Solver(body, self.state, self.force_scale, tolerance, self.modes, balance)
+        self.solver = Solver(body, self.state, self.force_scale, self.tolerance, self.modes, balance)
         if self.solver.choice.reason:
             self.log(self.solver.choice.reason)
 

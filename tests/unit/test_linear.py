@@ -91,6 +91,7 @@ def test_linear_solve_leaves_the_share_that_is_asked_for_and_does_no_more(body, 
 
 
 def test_solve_that_stops_early_gives_no_number_and_says_so(body, monkeypatch):
+    monkeypatch.setattr(linear, "FACTORISED", 0)
     system = System(body)
     monkeypatch.setattr(linear, "MOST_ITERATIONS", 2)
     system.multigrid.exactly(system.r, system.z)
@@ -98,7 +99,25 @@ def test_solve_that_stops_early_gives_no_number_and_says_so(body, monkeypatch):
     assert "of the residual is left after 2 iterations" in str(system.multigrid.fault())
 
 
+def test_factors_stand_in_for_cycles_that_stop_early_until_all_is_forgotten(body, monkeypatch):
+    system = System(body)
+    monkeypatch.setattr(linear, "MOST_ITERATIONS", 2)
+    system.multigrid.exactly(system.r, system.z)
+    made = system.multigrid.iterations
+    assert system.left() < 1e-11 and made == 2 and system.multigrid.fault() is None
+    system.A.scale(2.0)
+    system.multigrid.setUp(system.pc)  # another tangent
+    system.pc.apply(system.r, system.z)
+    assert system.left() < 1e-11 and system.multigrid.iterations == made
+    monkeypatch.undo()
+    system.multigrid.reset(system.pc)
+    system.multigrid.setUp(system.pc)
+    system.multigrid.exactly(system.r, system.z)
+    assert 1e-11 < system.left() < 1e-7 and system.multigrid.iterations > made
+
+
 def test_newton_tells_of_a_linear_solver_that_stops_early(body, monkeypatch):
+    monkeypatch.setattr(linear, "FACTORISED", 0)
     monkeypatch.setattr(linear, "LARGE", 0)
     monkeypatch.setattr(linear, "MOST_ITERATIONS", 1)
     monkeypatch.setattr(linear, "FORCING", 1e-6)

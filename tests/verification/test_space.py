@@ -22,7 +22,7 @@ from cellmech.mesh.ball import BallSpec
 from cellmech.runs.library import solve
 from cellmech.scene.files import read_scene
 from cellmech.solver import bdf
-from cellmech.solver.newton import Solver
+from cellmech.solver.newton import TOLERANCE, Solver
 from cellmech.solver.state import State
 
 YOUNG, POISSON = 10.0, 0.3
@@ -212,10 +212,21 @@ def guessed(tmp_path, monkeypatch, told, **mesh):
 
 
 def test_second_order_is_a_first_guess_of_third_that_saves_iterations(tmp_path, monkeypatch):
-    """On the same mesh, where nothing is looked up at places, which would take one rank alone."""
+    """On the same mesh, where nothing is looked up at places, which would take one rank alone; and only roughly."""
+    go_far, left = cascade._go_far, []
+
+    def watched(run):
+        share = go_far(run)
+        left.append(run.solver.solve(1.0).iterations)  # to the same tolerance none is left to make
+        run.solver._tolerance = TOLERANCE
+        left.append(run.solver.solve(1.0).iterations)
+        return share
+
     monkeypatch.setattr(cascade, "_carried_over", None)
+    monkeypatch.setattr(cascade, "_go_far", watched)
     plain, near = guessed(tmp_path, monkeypatch, "unknowns (second order)", size_um=6.0, order=3)
     assert near < 0.7 * plain
+    assert left[0] == 0 < left[1]
 
 
 def test_first_guess_that_leads_half_the_way_is_where_the_load_is_followed_from(tmp_path, monkeypatch):
