@@ -51,6 +51,7 @@ class Outcome:
         residual: its 2-norm at the end [Pa µm or pN].
         reason: why it did not converge, in physical terms; None where it did.
         linear_iterations: of the linear solver, 0 of factors.
+        rounded: share of the load's sum that round-off keeps out of balance [-]; 0 where the tolerance is met.
     """
 
     iterations: int
@@ -58,6 +59,7 @@ class Outcome:
     residual: float
     reason: Reason | None = None
     linear_iterations: int = 0
+    rounded: float = 0.0
 
     @property
     def converged(self) -> bool:
@@ -315,9 +317,10 @@ class Solver:
                 reason, residual = self._snes.getConvergedReason(), float(self._snes.getFunctionNorm())
                 self._set_unknowns(self._x)
                 drowned = reason == PETSc.SNES.ConvergedReason.DIVERGED_DTOL
+                rounded = reason == PETSc.SNES.ConvergedReason.CONVERGED_SNORM_RELATIVE
                 if drowned:
                     self.state.recentre()
-                elif reason != PETSc.SNES.ConvergedReason.CONVERGED_SNORM_RELATIVE or self._balance is None:
+                elif not rounded or self._balance is None:
                     break
                 if self._balance is not None:
                     self._balance(amplitude)
@@ -344,6 +347,7 @@ class Solver:
             residual=residual,
             reason=None if converged else fault or self._explain(reason, residual),
             linear_iterations=self._linear.iterations - linear,
+            rounded=residual / self._sum if converged and rounded else 0.0,
         )
 
     def _drowning(self, residual: float) -> Reason:

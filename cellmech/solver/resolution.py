@@ -25,6 +25,7 @@ COUNTS = 0.03  # of the whole force: a contact that bears less is not looked at
 BETWEEN = 40  # Gauss points of an edge that tell what the solver's own miss between them
 INSIDE = 3  # times the solver's degree of quadrature, likewise of an element's inside
 UNTOLD = "the cell has hardly begun to move, and what is wrong may be as large as what it has moved"
+ROUNDED = 1e-6  # of the load, ten times Newton's tolerance: what round-off keeps out of balance is told of from there
 SOFT = 0.5  # of the contact's half-width: an obstacle that the cell sinks into further is not rigid
 
 
@@ -205,6 +206,11 @@ def _forces(work: ufl.Form, run: Simulation) -> np.ndarray:
 def doubts(run: Simulation, axis: float | None) -> dict[str, str]:
     """Doubts about a state, its contact above all, for the warnings of a model. Collective."""
     found = {} if run.told else {"motion": UNTOLD}
+    if (share := run.totals.rounded) > ROUNDED:
+        found["round-off"] = (
+            f"round-off keeps forces of {share:.2g} of the load out of balance in the worst of {run.totals.steps} "
+            "steps: stiffness times position is as much larger than the load; contact carries the load all the same"
+        )
     bearing = [one for one in stretches(run, axis) if one.share >= COUNTS]
     coarse = [one for one in bearing if one.edges < ENOUGH]
     if coarse:

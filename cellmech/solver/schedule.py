@@ -34,7 +34,7 @@ class Step:
 
 @dataclass
 class Totals:
-    """The cost of a whole run."""
+    """The cost of a whole run, and the largest `rounded` of its accepted steps (`cellmech.solver.newton.Outcome`)."""
 
     steps: int = 0
     rejected_steps: int = 0
@@ -42,6 +42,7 @@ class Totals:
     newton_iterations: int = 0
     factorisations: int = 0
     linear_iterations: int = 0
+    rounded: float = 0.0
 
 
 @dataclass(frozen=True)

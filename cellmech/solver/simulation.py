@@ -273,6 +273,7 @@ class Simulation:
             Refused: it does not count; `state.u` is the last accepted displacement again, if there is one.
         """
         self._solved = Step(t, h, self.body.amplitude(t), outcome.iterations, error)
+        self._rounded = outcome.rounded
         self.body.contract(self._solved.amplitude)  # the last that was tried may be another
         if self.acceptance is not None:
             try:
@@ -289,6 +290,7 @@ class Simulation:
         step = self._solved
         self.t, self.last_step_s = step.t_s, step.dt_s
         self.totals.steps += 1
+        self.totals.rounded = max(self.totals.rounded, self._rounded)
         if step.error_estimate is not None:
             self.sizes.keep()
         self.ledger.add_step(step.amplitude, step.dt_s)

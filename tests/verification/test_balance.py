@@ -16,6 +16,8 @@ from cellmech.scene.case import Case
 from cellmech.scene.files import read_scene
 from cellmech.scene.parts import LAYER_NAMES
 from cellmech.solver import time_steps
+from cellmech.solver.newton import BALANCED
+from cellmech.solver.resolution import doubts
 
 COARSE = {"size_um": 6.0}
 
@@ -83,7 +85,17 @@ def test_round_off_at_nodes_leaves_their_sum_in_balance():
         "time": {"end_s": 0.353},
         "output": {"times_s": [0.31752349999999996]},
     }
-    np.testing.assert_allclose(steps_of(run_of(scene_of(**tables)))[:, 2], 1.0, rtol=2e-6)
+    run = run_of(scene_of(**tables))
+    np.testing.assert_allclose(steps_of(run)[:, 2], 1.0, rtol=2e-6)
+    assert 1e-6 < run.totals.rounded <= BALANCED
+    assert "round-off keeps forces of" in doubts(run, None)["round-off"]
+
+
+def test_state_that_meets_the_tolerance_has_no_doubt_of_round_off():
+    run = run_of(scene_of(time={"history": False}))
+    steps_of(run)
+    assert run.totals.rounded == 0.0
+    assert "round-off" not in doubts(run, None)
 
 
 def test_small_load_strains_in_proportion():
