@@ -139,6 +139,19 @@ def test_what_is_held_is_left_out_of_the_coarse_space(body):
     np.testing.assert_allclose(system.z.getArray()[system.held], system.r.getArray()[system.held], atol=1e-6)
 
 
+def test_node_that_is_held_alone_is_left_out_of_the_coarse_space(body):
+    """In the middle of an edge whose ends are free, which move it else."""
+    X = body.space.tabulate_dof_coordinates()
+    x, y = WIDE * X[:, 0], WIDE * X[:, 1]
+    between = np.isclose(np.abs(x - np.round(x)), 0.5) & np.isclose(y, np.round(y)) & np.isclose(X[:, 2], 1.0)
+    node = int(np.flatnonzero(between)[0])
+    alone = fem.dirichletbc(fem.Function(body.space), np.array([node], dtype=np.int32))
+    P, held = interpolation(dataclasses.replace(body, shells={}, bcs=(alone,)))
+    rows = np.abs(P[:, :]).max(axis=1).reshape(-1, 3)
+    assert (np.flatnonzero((rows == 0.0).all(axis=1)) == [node]).all()
+    assert held.sum() == 0
+
+
 def test_coarse_space_keeps_the_order_of_shells_only(body):
     P, held = interpolation(body)
     vertices = (WIDE + 1) ** 2 * (ROWS + 1)
