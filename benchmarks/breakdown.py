@@ -86,7 +86,7 @@ def package(watch: Stopwatch, out: Path, *settings: str) -> Callable[[], dict[st
     watch.wrap(DetFWatch, "admissible", "det F")
     out.mkdir(parents=True, exist_ok=True)
     (out / "scene.toml").write_text('title = "Table 1, neo-Hookean"\n')
-    words = [str(out / "scene.toml"), "--out", str(out / "run"), "--fresh", "--quiet"]
+    words = [str(out / "scene.toml"), "--out", str(out / "run"), "--fresh", "--quiet", "--no-pictures"]
     words += [word for setting in settings for word in ("--set", setting)]
 
     def solve() -> dict[str, Any]:

@@ -32,7 +32,7 @@ def solved(out: Path, scene: str, settings: Sequence[str] = (), ranks: int = 1, 
     file.write_text(scene)
     path.unlink(missing_ok=True)
     sets = [word for setting in settings for word in ("--set", setting)]
-    where = ["--out", str(out / "run"), "--fresh", "--quiet", "--ranks-per-case", str(ranks)]
+    where = ["--out", str(out / "run"), "--fresh", "--quiet", "--no-pictures", "--ranks-per-case", str(ranks)]
     command = [sys.executable, "-c", before + STUDY, str(file), *where, *sets]
     if ranks > 1:
         command = ["mpirun", "-n", str(ranks), *command]

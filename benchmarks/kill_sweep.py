@@ -51,7 +51,7 @@ class Sweep:
 
     def __init__(self, arguments: list[str], out: Path, cache: Path | None) -> None:
         launcher = ["mpirun", "-n", "2", sys.executable, "-m", "cellmech.study"]
-        self.command = [*launcher, *arguments, "--out", str(out), "--quiet"]
+        self.command = [*launcher, *arguments, "--out", str(out), "--quiet", "--no-pictures"]
         self.environment: Mapping[str, str] = {**os.environ, **({"XDG_CACHE_HOME": str(cache)} if cache else {})}
         self.out, self.cache = out, cache
 

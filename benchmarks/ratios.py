@@ -72,7 +72,17 @@ def package(out: Path, *settings: str) -> dict[str, float]:
 
 def sweep(out: Path, ranks: int) -> tuple[float, float]:
     """Processor time and wall time of Figure 6's cases [s]."""
-    words = [sys.executable, "-m", "cellmech.study", str(SWEEP), "--out", str(out), "--fresh", "--quiet"]
+    words = [
+        sys.executable,
+        "-m",
+        "cellmech.study",
+        str(SWEEP),
+        "--out",
+        str(out),
+        "--fresh",
+        "--quiet",
+        "--no-pictures",
+    ]
     started = time.perf_counter()
     done, seconds = command.timed(["mpirun", "-n", str(ranks), *words])
     if done.returncode != 0:

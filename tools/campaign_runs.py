@@ -84,7 +84,7 @@ class Runner:
     def solve(self, folder: Path, data: Data) -> Record:
         """Solve a scene in a folder; the content of result.json, or a status that no result has, and why."""
         self._write(folder, data)
-        answer = self._worker().ask(folder, ["my.toml", "--out", "out", "--quiet"], self.limit_s)
+        answer = self._worker().ask(folder, ["my.toml", "--out", "out", "--quiet", "--no-pictures"], self.limit_s)
         return self._outcome(folder, answer)
 
     def _outcome(self, folder: Path, answer: dict[str, Any]) -> Record:
@@ -98,7 +98,7 @@ class Runner:
     def killed(self, folder: Path, data: Data) -> Record:
         """As `solve`, killed as soon as there is a checkpoint, then gone on with."""
         self._write(folder, data)
-        command = [*STUDY, "my.toml", "--out", "out", "--quiet"]
+        command = [*STUDY, "my.toml", "--out", "out", "--quiet", "--no-pictures"]
         process = subprocess.Popen(command, cwd=folder, env=ENVIRONMENT, stderr=subprocess.DEVNULL)
         end = time.monotonic() + PATIENCE * self.limit_s
         while process.poll() is None and time.monotonic() < end:

@@ -192,7 +192,14 @@ def solve(reading: Reading, paper: Paper, out: Path, tables: Sequence[str] = TAB
         if table not in tables:
             continue
         chosen = [] if everything else [word for name in names for word in ("--only", name)]
-        words = [str(STUDIES / f"{table}.toml"), "--out", str(out / reading.name / table), "--quiet", *chosen]
+        words = [
+            str(STUDIES / f"{table}.toml"),
+            "--out",
+            str(out / reading.name / table),
+            "--quiet",
+            "--no-pictures",
+            *chosen,
+        ]
         status = main([*words, "--set", *reading.overrides()])
         if status not in (0, 1):  # that some cases have no solution is part of what a reading says
             raise SystemExit(status)
