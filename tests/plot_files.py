@@ -107,6 +107,8 @@ def numbers(law: str, index: int) -> dict[str, Any]:
         "share_of_integral": {"J1": 0.25, "J2": 0.35, "J3": 0.25},
         "shape_index": {"full": 0.98, "half_outline": 0.76, "half_area_full_perimeter": 0.49},
         "lamina_pillar_distance_um": 4.6,
+        "nucleus_obstacle_distance_um": 3.2,
+        "nucleus_obstacle": "pillar 1",
     }
 
 

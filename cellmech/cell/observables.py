@@ -8,7 +8,7 @@ volume. To add an observable: a method that returns a number, called in `Observe
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -30,6 +30,7 @@ from cellmech.cell.samples import (
 )
 from cellmech.cell.shape import nucleus_shape
 from cellmech.fem.boundary import boundary
+from cellmech.fem.distance import nearest
 from cellmech.fem.outline import Outline
 from cellmech.fem.subdivision import lattice, lattice_pieces
 from cellmech.fem.surface import Surface
@@ -70,10 +71,11 @@ class Layout:
         copies: how many times the modelled part makes the whole cell.
         regions: reported regions by name.
         groups: names of the cell groups a region consists of, for the regions that are meshed apart.
-        pillars: obstacles whose distance from the lamina is reported.
+        pillars: obstacles whose distance from the lamina, along the axis, is reported.
         shaped: whether the nucleus is no circle or ball, and its size the mesh's.
         lift_um: how far the cell was moved to first touch [µm].
         slide_um: how far it was moved along x, and in space along z, to where it rests [µm].
+        obstacles: all by label; of them the one nearest to the nucleus is reported.
     """
 
     centre: tuple[float, ...]
@@ -85,6 +87,7 @@ class Layout:
     shaped: bool = False
     lift_um: float = 0.0
     slide_um: tuple[float, ...] = (0.0,)
+    obstacles: Mapping[str, Obstacle] = field(default_factory=dict)
 
     @property
     def half(self) -> bool:
@@ -173,6 +176,8 @@ class Observer:
             result[name]["sigma_mises_p99_Pa"] = value
         result |= self._shares()
         result["shape_index"], result["lamina_pillar_distance_um"] = self._shape()
+        near = nearest(self.nucleus, self.run.state.u, self.layout.obstacles)
+        result["nucleus_obstacle"], result["nucleus_obstacle_distance_um"] = near or (None, None)
         tops = [pillar.y_um + pillar.height_um for pillar in self.layout.pillars]
         result["nucleus_shape"] = nucleus_shape(
             self.nucleus,

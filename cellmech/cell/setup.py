@@ -258,6 +258,7 @@ class Setup(Placed):
             shaped=scene.nucleus is not None,
             lift_um=self.lift_um,
             slide_um=self.place.slide_um,
+            obstacles=self.obstacles,
         )
 
     def schedule(self) -> Schedule:

@@ -125,8 +125,12 @@ class Outline:
 
     def max_depth(self, u: fem.Function, obstacles: Iterable[Obstacle]) -> float:
         """Largest depth of the outline in the obstacles [µm], at nodes and between them; -inf if empty. Collective."""
-        obstacles, x = list(obstacles), self.nodes(u)
-        mine = float(np.max(_deepest_of_edges(x, obstacles)[1])) if obstacles and len(x) else -np.inf
+        obstacles = list(obstacles)
+        return self.highest(self.nodes(u), lambda at: deepest(obstacles, at)) if obstacles else -np.inf
+
+    def highest(self, x: np.ndarray, value: Callable[[np.ndarray], np.ndarray]) -> float:
+        """Largest value of a function of points on edges, at nodes and between them; -inf without any. Collective."""
+        mine = float(np.max(_highest_of_edges(x, value)[1], initial=-np.inf))
         return self.comm.allreduce(mine, op=MPI.MAX)
 
     def contact_length_x(self, u: fem.Function, obstacles: Iterable[Obstacle], threshold: float) -> float:
@@ -141,7 +145,8 @@ class Outline:
         if not obstacles or not len(x):
             return self.comm.allreduce(0.0)
         s = np.tile(np.linspace(0.0, 1.0, SAMPLES), (len(x), 1))
-        s = np.sort(np.hstack([s, _deepest_of_edges(x, obstacles)[0][:, None]]), axis=1)
+        deep = _highest_of_edges(x, lambda at: deepest(obstacles, at))[0]
+        s = np.sort(np.hstack([s, deep[:, None]]), axis=1)
         sampled = _on_each(x, s)
         inside = deepest(obstacles, sampled) > threshold
         a, b = inside[:, :-1], inside[:, 1:]
@@ -156,23 +161,23 @@ class Outline:
         return self.comm.allreduce(total)
 
 
-def _deepest_of_edges(x: np.ndarray, obstacles: list[Obstacle]) -> tuple[np.ndarray, np.ndarray]:
-    """Deepest place of each edge in the obstacles, and its depth [µm]; shape (n_edges,) each.
+def _highest_of_edges(x: np.ndarray, value: Callable[[np.ndarray], np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Where on each edge a function of points is largest, and its value there; shape (n_edges,) each.
 
-    About the deepest sample of an edge that comes near to the deepest of all it is looked for more closely: a contact
+    About the highest sample of an edge that comes near to the highest of all it is looked for more closely: a contact
     may be narrower than the samples are apart.
     """
     s = np.linspace(0.0, 1.0, SAMPLES)
-    sampled = deepest(obstacles, along(x, s))
+    sampled = value(along(x, s))
     places, largest = s[np.argmax(sampled, axis=1)], np.max(sampled, axis=1)
     near = np.argsort(largest)[-CLOSER_LOOKS:]
     nodes, step = x[near], s[1]
     for _ in range(ZOOMS):
         looked = np.clip(places[near, None] + step * np.linspace(-1.0, 1.0, SAMPLES), 0.0, 1.0)
-        deep = deepest(obstacles, _on_each(nodes, looked))
-        best, step = np.argmax(deep, axis=1)[:, None], step / 4
+        found = value(_on_each(nodes, looked))
+        best, step = np.argmax(found, axis=1)[:, None], step / 4
         places[near] = np.take_along_axis(looked, best, axis=1)[:, 0]
-        largest[near] = np.maximum(largest[near], np.max(deep, axis=1))
+        largest[near] = np.maximum(largest[near], np.max(found, axis=1))
     return places, largest
 
 

@@ -115,8 +115,12 @@ class Surface:
     def max_depth(self, u: fem.Function, obstacles: Iterable[Obstacle]) -> float:
         """Largest depth in the obstacles [µm], at nodes and between them; -inf if empty. Collective."""
         obstacles = list(obstacles)
-        found = facets.highest(self.nodes(u), lambda at, _: deepest(obstacles, at), 1, self.comm) if obstacles else None
-        return -np.inf if found is None else float(self.comm.allreduce(found[0][0], op=MPI.MAX))
+        return self.highest(self.nodes(u), lambda at: deepest(obstacles, at)) if obstacles else -np.inf
+
+    def highest(self, x: np.ndarray, value: Callable[[np.ndarray], np.ndarray]) -> float:
+        """Largest value of a function of points on facets, at nodes and between them; -inf without any. Collective."""
+        largest, _, _ = facets.highest(x, lambda at, _: value(at), 1, self.comm)
+        return float(self.comm.allreduce(largest[0], op=MPI.MAX))
 
     def contact_area(self, u: fem.Function, obstacles: Iterable[Obstacle], threshold: float) -> ContactPatch:
         """The part of the deformed surface deeper than the threshold. Collective.

@@ -30,7 +30,15 @@ def nucleus_lines(case: Result, paper: Mapping[str, Any]) -> list[str]:
         lines.append(f"    {name}: {_shown(case.get(f'shape_index.{key}'), '.4f')}   ({circle:.4g} for a circle)")
     distance = _shown(case.get("lamina_pillar_distance_um"), ".3f")
     lines.append(f"Lamina to pillar: {distance} µm   ({start_um(case):.3f} µm at the start)")
+    nearest = _shown(case.get("nucleus_obstacle_distance_um"), ".3f")
+    lines.append(f"Nucleus to the nearest obstacle{nearest_words(case)}: {nearest} µm")
     return lines
+
+
+def nearest_words(case: Result) -> str:
+    """The obstacle that is nearest to the nucleus, after a comma; "" without one."""
+    name = case.result.get("nucleus_obstacle")
+    return f", {name}" if name else ""
 
 
 def start_um(case: Result) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from cellmech.figures.nucleus import OUTLINES, start_um
+from cellmech.figures.nucleus import OUTLINES, nearest_words, start_um
 from cellmech.figures.results import StudyResult
 from cellmech.figures.style import LAWS, PAPER, QUANTITIES, Quantity, printed_form, provenance, rests
 from cellmech.figures.table import NONE, Cell, Document, Table, Value, ratios
@@ -73,7 +73,11 @@ def table3(study: StudyResult, paper: Mapping[str, Any]) -> Document:
         maxima += [_maximum(case, q, numbers.get(q.paper_key)) for q in QUANTITIES]
         indices += [_index(case, outline, numbers.get("SI")) for outline in OUTLINES]
         now = case.get("lamina_pillar_distance_um")
-        distances.append([_label(case), "lamina to pillar", Value(now, ".3f"), Value(start_um(case), ".3f")])
+        distances.append(
+            [_label(case), "lamina to pillar, on the axis", Value(now, ".3f"), Value(start_um(case), ".3f")]
+        )
+        nearest = f"nucleus to the nearest obstacle{nearest_words(case)}"
+        distances.append([_label(case), nearest, Value(case.get("nucleus_obstacle_distance_um"), ".3f"), NONE])
     circle = (
         "SI = 4π · area / perimeter² (eq. 33). The paper does not say of which outline; its cell is a half, so all "
         "three readings are given, and q0 is what each gives for a circle."
@@ -90,7 +94,7 @@ def table3(study: StudyResult, paper: Mapping[str, Any]) -> Document:
         ),
         Table(
             "distance",
-            "Distance on the axis [µm]",
+            "Distance [µm]",
             "",
             ["simulation", "between", "at the end", "at the start"],
             distances,

@@ -5,7 +5,8 @@ positive where the cell has penetrated, and n = -grad l/|grad l| points out of t
 A point is a vector of coordinates: symbols (UFL), numbers, or arrays of them, `x[k]` the k-th coordinate of all points.
 It has two coordinates or three, of which y = x[1] is up: what is here is endless along z (`pillars` has what is not).
 To add an obstacle: a frozen dataclass with `level_set`, `gradient` and `length_um`, in plain arithmetic that serves all
-of these; the built-in shapes have their tops and outlines, too.
+of these; with `distance(x)`, too, the nucleus's distance from it is reported. The built-in shapes have their tops and
+outlines; pillars have an `octant`, by which their distance is known.
 """
 
 from __future__ import annotations
@@ -69,6 +70,10 @@ class Pillar:
             *_zeros(x),
         )
 
+    def octant(self, x: Any) -> tuple[tuple[Any, ...], tuple[float, ...]]:
+        """Coordinates from its centre without their signs, y the last, and its half-axes along them [µm]."""
+        return (abs(x[0] - self.x_um), abs(x[1] - self.y_um)), (self.half_width_um, self.height_um)
+
     def rise(self, x: float) -> float:
         """Height of its surface above y_um at x [µm], 0 at and beyond the ends."""
         xi = abs(x - self.x_um) / self.half_width_um
@@ -127,6 +132,10 @@ class Flat:
     def gradient(self, x: Any) -> tuple[Any, ...]:
         """Of the level set [-]."""
         return 0 * x[0], -1 + 0 * x[1], *_zeros(x)
+
+    def distance(self, x: Any) -> Any:
+        """Of points from it, negative below [µm]."""
+        return x[1] - self.y_um
 
     def top(self, x: float, z: float = 0.0) -> float | None:
         """Its level [µm]."""

@@ -110,6 +110,11 @@ class RoundPillar(_Upright):
         around, up = (self._power(square, self.exponent - 2) for square in (xi + zeta, eta))
         return self._derivatives(x, (around, up, around))
 
+    def octant(self, x: Any) -> tuple[tuple[Any, ...], tuple[float, ...]]:
+        """Distance from its axis and height over its foot, without its sign, and its half-axes along them [µm]."""
+        aside = ((x[0] - self.x_um) ** 2 + (x[2] - self.z_um) ** 2) ** 0.5
+        return (aside, abs(x[1] - self.y_um)), (self.half_width_um, self.height_um)
+
     @property
     def foot(self) -> Pillar:
         """Half-width of its foot by the distance from its middle, as an arch about 0."""
@@ -161,6 +166,12 @@ class SquarePillar(_Upright):
         """Of the level set [1/µm]."""
         xi, eta, zeta = (self._power(square, self.exponent - 2) for square in self._squares(x))
         return self._derivatives(x, (xi, eta, zeta))
+
+    def octant(self, x: Any) -> tuple[tuple[Any, ...], tuple[float, ...]]:
+        """Coordinates from its centre without their signs, y the last, and its half-axes along them [µm]."""
+        w = self.half_width_um
+        offsets = abs(x[0] - self.x_um), abs(x[2] - self.z_um), abs(x[1] - self.y_um)
+        return offsets, (w, w, self.height_um)
 
     @property
     def foot(self) -> Pillar:

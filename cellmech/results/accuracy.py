@@ -35,6 +35,7 @@ TABLES = (
     "contact",
     "energy",
 )
+LENGTHS = ("lamina_pillar_distance_um", "nucleus_obstacle_distance_um", "indentation_um")  # in no table
 IN_THE_PLANE = {"J1": 2.0, "J2": 2.0, "J3": 1.0}  # what results of earlier versions, which do not say it, are at rest
 OF_VOLUMES = "share_of_volume_percent"  # outside plane strain, instead of the areas
 REGIONS = ("nucleus", *reversed(LAYER_NAMES), "cell")
@@ -219,7 +220,7 @@ def numbers(result: Result) -> dict[str, float]:
     """The scalars of a result that have an error, by dotted key."""
     known = (*REGIONS, *TABLES, OF_VOLUMES)
     tables = {name: result[name] for name in known if isinstance(result.get(name), Mapping)}
-    tables |= {name: result.get(name) for name in ("lamina_pillar_distance_um", "indentation_um")}
+    tables |= {name: result.get(name) for name in LENGTHS}
     return {
         key: float(value)
         for key, value in flatten(tables).items()

@@ -14,7 +14,7 @@ from typing import IO, Any, Protocol, TypeAlias
 
 from cellmech.causes import Cause, Reason
 from cellmech.errors import CellmechError
-from cellmech.results.accuracy import REGIONS, TABLES
+from cellmech.results.accuracy import LENGTHS, REGIONS, TABLES
 from cellmech.results.dictionary import dictionary
 from cellmech.results.records import CHECKPOINT, LOG, RESULT, flatten, to_csv, write_whole
 from cellmech.results.sealed import damage, is_whole
@@ -27,7 +27,7 @@ SUMMARY, TIMINGS, COLUMNS, LOCK = "summary.csv", "timings.csv", "columns.csv", "
 MACHINE = ("wall_s", "ranks", "memory_MB")  # differ between runs of equal inputs: kept out of summary.csv
 COSTS = ("steps", "rejected_steps", "newton_iterations", "factorisations", "mesh_cells", "dofs")
 
-OF_A_STATE = (*REGIONS, *TABLES, "lamina_pillar_distance_um", "indentation_um", "settled", "stability")
+OF_A_STATE = (*REGIONS, *TABLES, *LENGTHS, "nucleus_obstacle", "settled", "stability")
 ALWAYS = ("scene", "t_s", *MACHINE, *COSTS, "versions", "model", *OF_A_STATE)  # keys of every result.json
 
 Record: TypeAlias = dict[str, Any]

@@ -28,7 +28,10 @@ RESULT, HISTORY, LOG, CHECKPOINT = "result.json", "history.csv", "run.log", "che
 OUTLINE, SUBSTRATE = "outline.csv", "substrate.vtu"
 DATA = (HISTORY, "fields.*", "fields_*", SUBSTRATE, OUTLINE)  # files that result.json vouches for
 FROM_AN_EARLIER_RUN = (RESULT, CHECKPOINT, *DATA, f"{PARTIAL}*")
-WORDS = tuple(f"stability.{kind}{name}" for kind in ("", "in_space.") for name in ("layer", "normal", "motion"))
+WORDS = (
+    "nucleus_obstacle",
+    *(f"stability.{kind}{name}" for kind in ("", "in_space.") for name in ("layer", "normal", "motion")),
+)
 NO_SCALARS = ("schema", "scene", "rest", "versions", "model", "accuracy")  # of result.json: where a result comes from
 
 

@@ -24,7 +24,7 @@ KEYS = {
     "schema", "case", "scene", "status", "reason", "cause", "t_s", "steps", "rejected_steps", "newton_iterations",
     "factorisations", "wall_s", "ranks", "mesh_cells", "dofs", "versions", "source_hash", "model", "settled", *REGIONS,
     "shape_index", "share_of_area_percent", "share_of_max", "share_of_integral", "lamina_pillar_distance_um",
-    "indentation_um", "contact",
+    "nucleus_obstacle_distance_um", "nucleus_obstacle", "indentation_um", "contact",
     "energy",
 }  # fmt: skip
 

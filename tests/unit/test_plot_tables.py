@@ -93,7 +93,9 @@ class TestTable3:
         assert found["S1", "half area, full perimeter"][:2] == ["0.4900", "0.5000"]
 
     def test_the_distance_is_given_at_both_ends(self, files: Path) -> None:
-        assert rows(table3(read_planned(files, SIMULATIONS), PAPER).tables[2])["S3", "lamina to pillar"] == [
+        assert rows(table3(read_planned(files, SIMULATIONS), PAPER).tables[2])[
+            "S3", "lamina to pillar, on the axis"
+        ] == [
             "4.600",
             "5.000",
         ]
