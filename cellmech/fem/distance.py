@@ -106,8 +106,8 @@ def nearest(boundary: Outline | Surface, u: fem.Function, obstacles: Mapping[str
     """
     x, comm = boundary.nodes(u), boundary.comm
     known = {label: obstacle for label, obstacle in obstacles.items() if has_distance(obstacle)}
-    outer = np.array([-x.min(axis=(0, 1), initial=np.inf), x.max(axis=(0, 1), initial=-np.inf)])
-    low, high = comm.allreduce(outer, op=MPI.MAX) * [[-1.0], [1.0]]
+    outer = [-x.min(axis=(0, 1), initial=np.inf), x.max(axis=(0, 1), initial=-np.inf)]
+    low, high = np.max(comm.allgather(outer), axis=0) * [[-1.0], [1.0]]
     radius = BEYOND * float(np.linalg.norm(high - low)) / 2
     from_middle = {label: float(distance(obstacle, (low + high) / 2)) for label, obstacle in known.items()}
     found: dict[str, float] = {}

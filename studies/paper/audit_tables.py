@@ -105,9 +105,9 @@ def _of_reasons(audit: Audit) -> Iterable[str]:
     silent = [name for name, row in rows.items() if row.stress_possible is None]
     without = f" For {', '.join(silent)} it says nothing." if silent else ""
     yield (
-        f"Why: in {len(bad)} of {len(rows)} rows ({', '.join(bad)}) the printed σ_Mises is less than the printed "
-        f"strains demand with the printed moduli, whatever the load, pillar or place; of our runs {sum(checked)} "
-        f"of {len(checked)} obey that inequality.{without}"
+        f"Why: in {len(bad)} of the {len(rows)} rows tried here ({', '.join(bad)}) the printed σ_Mises is less than "
+        "the printed strains demand with the printed moduli, whatever the load, pillar or place; of our runs "
+        f"{sum(checked)} of {len(checked)} obey that inequality.{without}"
     )
     base = audit.as_printed(SUBJECTS[0])
     weight, width = base.slot.value("contact.weight_Pa_x_um"), 2 * base.slot.scene.radius_um

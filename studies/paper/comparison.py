@@ -97,8 +97,9 @@ class Comparison:
         stress = [row.stress_possible for row in self.rows]
         silent = f"; for {stress.count(None)} they demand nothing" if None in stress else ""
         yield (
-            f"The print against itself: in {stress.count(False)} of {len(stress)} rows σ_Mises is smaller than "
-            f"the printed J1, J2, J3 demand with the printed moduli: no load can give both{silent}."
+            f"The print against itself: in {stress.count(False)} of the {len(stress)} printed rows with σ_Mises and J1 "
+            "σ_Mises is smaller than the printed J1, J2, J3 demand with the printed moduli: no load can give "
+            f"both{silent}."
         )
         if strange := [row.label for row in self.rows if row.J2_possible is False]:
             yield f"J2 = J1² − 2 J3 cannot hold in {'; '.join(strange)}."

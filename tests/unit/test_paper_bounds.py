@@ -148,7 +148,10 @@ def test_rounding_breaks_no_rule(comparison: Comparison) -> None:
 
 def test_the_reading_counts_the_rows_as_the_page_does(comparison: Comparison) -> None:
     text = "\n".join(comparison.reading())
-    assert "in 9 of 10 rows σ_Mises is smaller" in text and "for 1 they demand nothing" in text
+    assert (
+        "in 9 of the 10 printed rows with σ_Mises and J1 σ_Mises is smaller" in text
+        and "for 1 they demand nothing" in text
+    )
 
 
 def test_shares_fit_the_identity_of_means(comparison: Comparison) -> None:
