@@ -9,9 +9,11 @@ import math
 import re
 import subprocess
 import sys
+import tomllib
 from collections.abc import Iterator
 from functools import cache
 from importlib import import_module
+from typing import Any
 
 import pytest
 from pages import PAGES, ROOT, Page
@@ -328,9 +330,30 @@ def test_failure_messages_are_the_programs():
 
 
 def test_citation_and_changelog_know_the_version():
-    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
-    assert re.search(rf"^version: {re.escape(cellmech.__version__)}$", citation, re.MULTILINE)
-    assert cellmech.__version__ in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    assert cited("version") == project()["version"] == cellmech.__version__
+    heading = f"## {cellmech.__version__} - {cited('date-released')}"
+    assert heading in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8").splitlines()
+
+
+def cited(key: str) -> str | None:
+    """A field of CITATION.cff on its top level; None if it has none."""
+    text = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    found = re.search(rf'^{key}: *"?([^"\n]+?)"?$', text, re.MULTILINE)
+    return found and found[1]
+
+
+def project() -> dict[str, Any]:
+    """The table of that name in pyproject.toml."""
+    return tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+
+
+def test_address_of_the_project_is_the_same_wherever_it_is_told():
+    """`Repository` of [project.urls] in pyproject.toml; there is none yet, and then none is told anywhere."""
+    address = project().get("urls", {}).get("Repository")
+    assert cited("repository-code") == address
+    for page in [*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")]:
+        told = re.findall(r"git clone (\S+)", page.read_text(encoding="utf-8"))
+        assert all(one == address for one in told), f"{page.name}: {told}"
 
 
 def test_example_notebook_runs(tmp_path, monkeypatch, capsys):
