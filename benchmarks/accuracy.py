@@ -73,7 +73,7 @@ WATCHED = {  # what the convergence table shows: maxima on the lamina's surface,
     "nucleoplasm σ, mean": "nucleoplasm.sigma_mises_mean_Pa",
     "nucleoplasm J1, mean": "nucleoplasm.J1_mean",
     "lamina σ, mean": "lamina.sigma_mises_mean_Pa",
-    "contact depth": "contact.max_depth_um",
+    "penetration": "contact.max_depth_um",
 }
 
 

@@ -60,7 +60,7 @@ def cell(nu: float, size: float, form: str) -> dict[str, float]:
     if form == "P2":  # reports the stress of its displacement, as the program does where it is alone
         run.body = dataclasses.replace(run.body, materials=set_up(nu, size, "none").body.materials)
     result = Observer(run, setup.layout()).observe(run.t)
-    numbers = {"depth_um": result["contact"]["max_depth_um"]}
+    numbers = {"penetration_um": result["contact"]["max_depth_um"]}
     for region in ("nucleus", "lamina"):
         for q in ("sigma_mises_max_Pa", "J1_max", "J2_max", "J3_max", "pressure_max_Pa", "pressure_mean_Pa"):
             numbers[f"{region}.{q}"] = result[region][q] - REST.get(q[:2], 0.0)

@@ -19,7 +19,7 @@ from cellmech.figures.style import QUANTITIES, provenance
 from cellmech.results.result import Result
 
 COLUMNS = {f"nucleus.{q.key}_max{q.suffix}": (f"σ_Mises [{q.unit}]" if q.unit else q.key, q.key) for q in QUANTITIES}
-COLUMNS |= {"contact.max_depth_um": ("depth [µm]", "")}
+COLUMNS |= {"contact.max_depth_um": ("penetration [µm]", "")}
 FORCES = {"contact.force_Pa_x_um": True, "contact.force_pN": False}  # and whether they are those of a plane
 COLUMNS |= {key: (f"force [{'Pa µm' if plane else 'pN'}]", "") for key, plane in FORCES.items()}
 PICTURES = (".png", ".gif")

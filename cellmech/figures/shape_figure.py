@@ -262,12 +262,12 @@ def nucleus_words(case: Result) -> str:
 
 
 def contact_words(case: Result) -> str:
-    """Force and depth of the contact; "" without one."""
+    """Force of the contact and penetration; "" without one."""
     unit = "Pa µm" if case.scene.cell.geometry == "plane" else "pN"
     force = case.get("contact.force_Pa_x_um" if unit == "Pa µm" else "contact.force_pN")
     depth = case.get("contact.max_depth_um")
     words = [f"force {force:.3g} {unit}"] if math.isfinite(force) else []
-    words += [f"{depth:.2g} µm into the obstacle"] if math.isfinite(depth) else []
+    words += [f"penetration {depth:.2g} µm"] if math.isfinite(depth) else []
     return "contact: " + ";  ".join(words) if words else ""
 
 

@@ -22,7 +22,7 @@ COLUMNS = {  # head of a column of the table -> key of result.json, format
     "J1": ("nucleus.J1_max", ".6g"),
     "J2": ("nucleus.J2_max", ".6g"),
     "J3": ("nucleus.J3_max", ".6g"),
-    "depth_um": ("contact.max_depth_um", ".4g"),
+    "penetration_um": ("contact.max_depth_um", ".4g"),
     "steps": ("steps", "d"),
     "wall_s": ("wall_s", ".1f"),
 }
@@ -183,12 +183,10 @@ def results_table(names: Sequence[str], results: Sequence[Mapping[str, Any]], wi
     scalars = [{"status": result["status"], **flatten(result)} for result in results]
     heads = {"status": ("status", ""), **COLUMNS}
     columns = {head: [head, *(_brief(of.get(key), form) for of in scalars)] for head, (key, form) in heads.items()}
-    first, shown = ["case", *names], columns
-    for cost in COSTS:
-        if width is not None and _wide(first, shown) > width:
-            shown = {head: column for head, column in shown.items() if head != cost}
+    first = ["case", *names]
+    shown = _fitting(first, columns, width)
     if own_lines := width is not None and _wide(first, shown) > width:
-        shown = columns
+        shown = _fitting([""], columns, width)
     widths, lines = [max(map(len, column)) for column in shown.values()], []
     for name, *row in zip(first, *shown.values(), strict=True):
         status, *cells = (cell.rjust(wide) for cell, wide in zip(row, widths, strict=True))
@@ -198,6 +196,16 @@ def results_table(names: Sequence[str], results: Sequence[Mapping[str, Any]], wi
     failed = [(name, result) for name, result in zip(names, results, strict=True) if result["status"] != "solved"]
     lines += [f"{name} failed: {result['reason']}" for name, result in failed]
     return "\n".join(lines + doubtful(names, results))
+
+
+def _fitting(
+    first: Sequence[str], columns: Mapping[str, Sequence[str]], width: int | None
+) -> Mapping[str, Sequence[str]]:
+    """The columns without the costs that make a line longer than the width."""
+    for cost in COSTS:
+        if width is not None and _wide(first, columns) > width:
+            columns = {head: column for head, column in columns.items() if head != cost}
+    return columns
 
 
 def _wide(first: Sequence[str], columns: Mapping[str, Sequence[str]]) -> int:

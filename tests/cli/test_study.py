@@ -384,7 +384,17 @@ def test_table_for_the_terminal(fake, my):
     lines = fake("my.toml").out.splitlines()
     head = next(i for i, line in enumerate(lines) if line.startswith("case "))
     assert lines[head - 1] == "Mine: largest values in the nucleus at the end"
-    assert lines[head].split() == ["case", "status", "sigma_mises_Pa", "J1", "J2", "J3", "depth_um", "steps", "wall_s"]
+    assert lines[head].split() == [
+        "case",
+        "status",
+        "sigma_mises_Pa",
+        "J1",
+        "J2",
+        "J3",
+        "penetration_um",
+        "steps",
+        "wall_s",
+    ]
     assert lines[head + 1].split()[:-1] == ["a", "solved", "0.75", "2.33333", "-", "-", "-", "5"]
     assert lines[head + 3] == "fails failed: no equilibrium beyond t = 40 s"
     assert lines[-1] == "my: 1 of 2 cases solved; summary.csv and a folder per case in results/my/"
