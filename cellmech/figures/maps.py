@@ -10,13 +10,15 @@ from typing import Any
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import Normalize
+from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from cellmech.figures.grid import Extreme, Grid, Place, extremes
 from cellmech.figures.results import StudyResult
+from cellmech.figures.section import significant
 from cellmech.figures.style import (
     FAULT_COLOUR,
     PAPER,
@@ -41,6 +43,7 @@ WORDS = {"max": "largest", "min": "smallest"}
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 READABLE = 6  # columns up to which numbers have their full size
 DIGITS = 4  # of a panel's largest value
+DECADES = 20.0  # largest over smallest size beyond which numbers have three digits each, and positive ones a log scale
 LEFT = 0.075
 FAULT_CHARACTERS = 310  # of two lines
 
@@ -57,7 +60,8 @@ def draw_maps(study: StudyResult, paper: Mapping[str, Any]) -> Figure:
     """
     grid = Grid(study, paper)
     figure = Figure(figsize=(13.6, 13.0))
-    place = figure.add_gridspec(2, 2, left=LEFT, right=0.955, bottom=0.150, top=0.870, wspace=0.25, hspace=0.43)
+    top = 0.857 if study.faults() else 0.870
+    place = figure.add_gridspec(2, 2, left=LEFT, right=0.955, bottom=0.150, top=top, wspace=0.25, hspace=0.43)
     for index, quantity in enumerate(QUANTITIES):
         MapPanel(figure.add_subplot(place[index // 2, index % 2]), grid, quantity).draw("abcd"[index])
     _legend(figure, grid)
@@ -81,6 +85,9 @@ class MapPanel:
         self.power = 3 * math.floor(math.log10(largest) / 3) if 0 < largest < 1 else 0
         self.values = values / 10.0**self.power
         self.places = extremes(self.values)
+        sizes = np.abs(self.values[np.nan_to_num(self.values) != 0.0])
+        self.decades = bool(sizes.size and sizes.max() > DECADES * sizes.min())
+        self.logarithmic = self.decades and not np.any(self.values <= 0.0)
 
     def draw(self, letter: str) -> None:
         """Cells, axes, marks, words."""
@@ -89,6 +96,10 @@ class MapPanel:
         colours = axes.imshow(self.values, cmap=COLOURS, norm=self._norm(), origin="lower", aspect="auto")
         bar = axes.figure.colorbar(colours, ax=axes, fraction=0.046, pad=0.025)
         bar.set_label(self.label(), fontsize=10.5)
+        if self.logarithmic and np.nanmax(self.values) < 100 * np.nanmin(self.values):  # hardly a power of ten
+            bar.ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+            bar.ax.yaxis.set_minor_formatter(NullFormatter())
         bar.ax.tick_params(labelsize=SMALL)
         for row, column in np.ndindex(*self.grid.shape):
             self._cell((row, column), colours)
@@ -110,7 +121,9 @@ class MapPanel:
         return f"largest {q.symbol}{less_rest(q, self.grid.study.cases.values())}  [{self.unit()}]"
 
     def number(self, value: float) -> str:
-        """A value with as many digits as tell neighbours apart."""
+        """A value with as many digits as tell neighbours apart; over decades with three that are significant."""
+        if self.decades:
+            return significant(value)
         largest, span = float(np.nanmax(np.abs(self.values))), float(np.nanmax(self.values) - np.nanmin(self.values))
         digits = [DIGITS - 1 - math.floor(math.log10(largest))] if largest else [1]
         if span:
@@ -152,6 +165,8 @@ class MapPanel:
         if not self.places:
             return Normalize(0.0, 1.0)
         low, high = float(np.nanmin(self.values)), float(np.nanmax(self.values))
+        if self.logarithmic:
+            return LogNorm(low, high)
         return Normalize(low, high if high > low else low + 1.0)
 
     def _theirs(self) -> dict[str, Extreme]:
@@ -168,16 +183,23 @@ class MapPanel:
     def _cell(self, place: Place, colours: Any) -> None:
         row, column = place
         look: dict[str, Any] = dict(ha="center", va="center", gid=f"cell:{row},{column}")
+        narrow = min(1.0, READABLE / self.grid.shape[1])
         if np.isnan(self.values[place]):
             self.axes.add_patch(Rectangle((column - 0.5, row - 0.5), 1, 1, zorder=1.5, gid="lack", **HATCH))
             box: dict[str, Any] = dict(boxstyle="round,pad=0.2", fc="white", ec="none")
             self.axes.text(
-                column, row - 0.06, self.grid.lack(place), color=FAULT_COLOUR, fontsize=SMALL, bbox=box, **look
+                column,
+                row - 0.06,
+                self.grid.lack(place),
+                color=FAULT_COLOUR,
+                fontsize=narrow * SMALL,
+                bbox=box,
+                **look,
             )
         else:
             text = self.number(self.values[place])
-            size = min(11.5, 11.5 * READABLE / self.grid.shape[1])
-            self.axes.text(column, row + 0.06, text, color=self._ink(place, colours), fontsize=size, **look)
+            ink = self._ink(place, colours)
+            self.axes.text(column, row + 0.06, text, color=ink, fontsize=narrow * 11.5, **look)
 
     def _frame_ours(self) -> None:
         for kind, (row, column) in self.places.items():

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
-from matplotlib.colors import to_hex
+from matplotlib.colors import LogNorm, to_hex
 from matplotlib.figure import Figure
 from plot_files import change, write_study, write_sweep
 
@@ -29,7 +29,7 @@ CORNER = FLUID.cases[-1].name  # fluid fractions 0.9 and 0.9
 
 def made_up(index: int) -> dict[str, float]:
     """Distinct values, the largest and the smallest in the middle."""
-    rise = {LARGEST: 40.0, SMALLEST: 1.0}.get(index, 10.0 + index)
+    rise = {LARGEST: 40.0, SMALLEST: 4.0}.get(index, 10.0 + index)
     return {
         "sigma_mises_max_Pa": rise / 8,
         "J1_max": 2 + rise * 1e-4,
@@ -156,8 +156,32 @@ class TestExtremes:
         for text in ("paper 1.32", "paper 4.08", "paper 15.20", "paper 1.31"):
             assert text in found
         assert "4.000 here;  2,080 ($J_1$ = 4.08) in the paper" in found
-        assert "0.100 here;  the value in the paper repeats its largest" in found
+        assert "0.400 here;  the value in the paper repeats its largest" in found
         assert "the paper names no smallest" in found
+
+
+class TestDecades:
+    """Values over more than a factor 20 have a logarithmic scale, and three digits each."""
+
+    @pytest.mark.parametrize(("most", "logarithmic"), [(19.0, False), (21.0, True), (4e5, True)])
+    def test_scale_is_logarithmic_where_values_span_decades(self, folder: Path, most: float, logarithmic: bool) -> None:
+        for index, case in enumerate(FLUID.cases):
+            value = most ** (index / 24)
+            change(folder / case.name, nucleus=made_up(index) | {"sigma_mises_max_Pa": value})
+        sigma = panels(draw_maps(read(folder), PAPER["fig4"]))[0]
+        assert isinstance(sigma.images[0].norm, LogNorm) == logarithmic
+        texts = cell_texts(sigma)
+        if logarithmic:
+            assert texts[0, 0] == "1.00"
+            assert float(texts[2, 2].replace(",", "")) == pytest.approx(most ** (12 / 24), rel=5e-3)
+            assert len(set(texts.values())) == 25
+
+    def test_scale_is_linear_where_a_value_is_not_positive(self, folder: Path) -> None:
+        for index, case in enumerate(FLUID.cases):
+            change(folder / case.name, nucleus=made_up(index) | {"J1_max": 2.0 + (10.0**index - 1.0) * 1e-24})
+        j1 = panels(draw_maps(read(folder), PAPER["fig4"]))[1]
+        assert not isinstance(j1.images[0].norm, LogNorm)
+        assert cell_texts(j1)[4, 4] == "1.00"  # over decades all the same
 
 
 class TestFaults:
