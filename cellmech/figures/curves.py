@@ -8,9 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from matplotlib.figure import Figure
-from matplotlib.font_manager import FontProperties
 from matplotlib.lines import Line2D
-from matplotlib.textpath import text_to_path
 
 from cellmech.errors import InputError
 from cellmech.figures.panel import PAPER_MARKER, STEP_MARKER, Panel
@@ -20,7 +18,6 @@ from cellmech.figures.style import (
     FAULT_COLOUR,
     PAPER,
     QUANTITIES,
-    RC,
     SMALL,
     TINY,
     LawStyle,
@@ -30,6 +27,7 @@ from cellmech.figures.style import (
     meaning_of,
     provenance,
     rests,
+    text_width_in,
 )
 
 LEFT_IN, WIDE_IN, TALL_IN = 1.02, 13.6, 7.0
@@ -55,7 +53,7 @@ def draw_curves(study: StudyResult, paper: Mapping[str, Any] | None = None) -> F
     names = {name: case_name(study, name) for name in cases}
     looks = {name: replace(look, label=names[name]) for name, look in looks_of(list(cases)).items()}
     handles = _handles(looks, any(_printed(paper, q, cases) for q in QUANTITIES))
-    longest = max(_inches(str(handle.get_label())) for handle in handles) + 0.75
+    longest = max(text_width_in(str(handle.get_label()), SMALL + 0.5) for handle in handles) + 0.75
     columns_of_legend = max(int((WIDE_IN - LEFT_IN) / longest), 1)
     head = ABOVE_IN + ROW_IN * math.ceil(len(handles) / columns_of_legend) + 0.22 * bool(study.faults())
     height = head + TALL_IN + BELOW_IN
@@ -73,18 +71,12 @@ def draw_curves(study: StudyResult, paper: Mapping[str, Any] | None = None) -> F
         for name, case in cases.items():
             if case.failure:
                 panel.mark_failure(name)
-        for end in {case.scene.ramp_end_s for case in cases.values()}:
-            panel.mark_time(end, "full weight")
+        panel.mark_times((case.scene.ramp_end_s for case in cases.values()), "full weight")
     look: dict[str, Any] = dict(loc="upper left", ncol=columns_of_legend, frameon=False, fontsize=SMALL + 0.5)
     corner = (left - 0.005, 1 - 0.62 / height)
     figure.legend(handles=handles, bbox_to_anchor=corner, handlelength=3.2, columnspacing=1.4, **look)
     _notes(figure, study, head, marked)
     return figure
-
-
-def _inches(text: str) -> float:
-    font = FontProperties(family=RC["font.family"], size=SMALL + 0.5)
-    return float(text_to_path.get_text_width_height_descent(text.replace("$", ""), font, False)[0]) / 72
 
 
 def _printed(paper: Mapping[str, Any], quantity: Quantity, cases: Iterable[str]) -> dict[str, float]:

@@ -8,16 +8,14 @@ from typing import Any
 import numpy as np
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
-from matplotlib.font_manager import FontProperties
 from matplotlib.lines import Line2D
-from matplotlib.textpath import text_to_path
 
 from cellmech.cell.nucleus import outline_of_nucleus
 from cellmech.figures.body import SUBDIVISIONS, rim_of
 from cellmech.figures.results import StudyResult
 from cellmech.figures.shapes import FEW_PIECES, LARGE, case_name, read_pose, scale_bar, shared_words
 from cellmech.figures.sheet import UNDEFORMED
-from cellmech.figures.style import FAULT_COLOUR, RC, SMALL, SUBSTRATE, TINY, looks_of, provenance, wrapped
+from cellmech.figures.style import FAULT_COLOUR, SMALL, SUBSTRATE, TINY, looks_of, provenance, text_width_in, wrapped
 from cellmech.figures.substrate import polygons
 
 WIDE_IN, ROW_IN = 8.2, 0.24  # of the figure; of a row of the legend
@@ -50,11 +48,8 @@ def draw_outlines(study: StudyResult) -> Figure:
     below = 0.4 if len(substrates) == 1 else 0.15
     view = float(low[0] - 0.3 * r), float(high[0] + 0.3 * r), float(low[1] - below * r), float(high[1] + 0.1 * r)
     names = {name: case_name(study, name) for name in cases}
-    font = FontProperties(family=RC["font.family"], size=SMALL)
-    longest = max(
-        text_to_path.get_text_width_height_descent(n.replace("$", ""), font, False)[0] for n in names.values()
-    )
-    columns = max(int((WIDE_IN - 0.3) / (max(longest / 72, 1.3) + 0.6)), 1)
+    longest = max(text_width_in(name, SMALL) for name in names.values())
+    columns = max(int((WIDE_IN - 0.3) / (max(longest, 1.3) + 0.6)), 1)
     rows = math.ceil((len(cases) + 1) / columns)
     wide = WIDE_IN - 0.3
     tall = wide * (view[3] - view[2]) / (view[1] - view[0])

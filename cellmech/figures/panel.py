@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -10,10 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
-from cellmech.figures.style import LAWS, SMALL, TINY, LawStyle, Quantity, printed, spread
+from cellmech.figures.style import LAWS, SMALL, TINY, LawStyle, Quantity, printed, spread, text_width_in
 
 BREAK = 1.6  # the paper's maxima get a strip of their own when they are this many times ours
 LINE_HEIGHT = 0.068  # of the paper's labels, in heights of a whole panel
+GAP_IN = 0.055  # between a line and its text [inches]
 LABEL_IN = 0.72  # from an axis to its label [inches]
 STEP_MARKER: dict[str, Any] = dict(ls="", marker="o", ms=2.6, mec="black", mew=0.35)
 PAPER_MARKER: dict[str, Any] = dict(ls="", marker="<", ms=6.5, mec="black", mew=0.4)
@@ -123,10 +124,21 @@ class Panel:
             t[-1:], values[-1:], "X", ms=10, color=self.looks[case].colour, mec="black", clip_on=False, zorder=5
         )
 
-    def mark_time(self, t_s: float, text: str) -> None:
-        """A dotted line at a time [s] that lies inside the panel."""
-        if 0.0 < t_s < self.main.get_xlim()[1]:
+    def mark_times(self, times_s: Iterable[float], text: str) -> None:
+        """Dotted lines at times [s] inside the panel, each with a text at its top where no other stands.
+
+        The top is free of curves; the text is on the side of the line where it has room.
+        """
+        low, high = self.main.get_xlim()
+        axes_in = self.main.get_position().width * self.main.figure.get_figwidth()
+        wide = (text_width_in(text, TINY) + 2 * GAP_IN) / axes_in * (high - low)
+        taken = low
+        for t_s in sorted(t for t in set(times_s) if 0.0 < t < high):
             self.main.axvline(t_s, color="#555555", lw=1.0, ls=":", zorder=1)
-            place = (t_s, self.main.get_ylim()[0])
-            small: dict[str, Any] = dict(textcoords="offset points", fontsize=TINY, color="#555555")
-            self.main.annotate(text, place, (4, 6), **small)
+            start, side = (t_s, 1) if t_s + wide <= high else (t_s - wide, -1)
+            if start < taken:
+                continue
+            taken = start + wide
+            look: dict[str, Any] = dict(fontsize=TINY, color="#555555", va="top", ha="left" if side > 0 else "right")
+            place, offset = (t_s, self.main.get_ylim()[1]), (72 * GAP_IN * side, -2)
+            self.main.annotate(text, place, offset, textcoords="offset points", zorder=6, **look)

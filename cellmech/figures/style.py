@@ -219,6 +219,12 @@ def printed_form(value: float) -> str:
     return ".2f" if round(value, 2) == value else ".3f"
 
 
+def text_width_in(text: str, size: float) -> float:
+    """How wide a text is at a size in points [inches]; what is between $ is taken as it is written."""
+    font = FontProperties(family=RC["font.family"], size=size)
+    return float(text_to_path.get_text_width_height_descent(text.replace("$", ""), font, False)[0]) / 72
+
+
 def spread(wanted: Sequence[float], gap: float, most: float = 1.0) -> list[float]:
     """Ascending positions at least `gap` apart and at most `most`, as near to the wanted ones as that allows.
 

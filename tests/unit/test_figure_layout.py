@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import cache
 from itertools import combinations
 from pathlib import Path
@@ -21,11 +22,12 @@ from cellmech.figures.curves import draw_curves
 from cellmech.figures.geometry_figure import draw_geometry
 from cellmech.figures.maps import draw_maps
 from cellmech.figures.outlines import draw_outlines
+from cellmech.figures.panel import Panel
 from cellmech.figures.results import StudyResult, read_all
 from cellmech.figures.shape_figure import draw_case
 from cellmech.figures.shapes import draw_shapes
 from cellmech.figures.sheet import columns_of
-from cellmech.figures.style import styled, wrapped
+from cellmech.figures.style import QUANTITIES, looks_of, styled, wrapped
 from cellmech.results.result import load
 from cellmech.scene.scene import Scene
 from cellmech.scene.studies import load_study
@@ -115,6 +117,53 @@ def test_no_text_lies_on_another(studies: Studies, kind: str, count: int) -> Non
 def test_no_text_of_a_map_lies_on_another(studies: Studies, count: int) -> None:
     with styled():
         assert clashes(draw_maps(studies(count), {})) == []
+
+
+def failing(study: StudyResult) -> StudyResult:
+    """Every other case stopped, for a reason as long as they are; numbers of the others lie decades apart."""
+    why = (
+        "ellipticity is lost at t = 5805.49 s: margin -0.0147 at reference x = 0.0918, y = 2.54 um in the cytosol " * 3
+    )
+    cases = {}
+    for k, (name, case) in enumerate(study.cases.items()):
+        rests = {"sigma_mises_max_Pa": 0.0, "J1_max": 2.0, "J2_max": 2.0, "J3_max": 1.0}
+        grown = {key: rest + 1e-4 * 1e6 ** (k / len(study.cases)) for key, rest in rests.items()}
+        own = {"status": "failed", "reason": why, "t_s": 5761.7} if k % 2 else {}
+        cases[name] = replace(case, result={**case.result, "nucleus": {**case.result["nucleus"], **grown}, **own})
+    return replace(study, cases=cases)
+
+
+@pytest.mark.parametrize("count", (4, 25, 100))
+def test_no_text_of_a_map_with_failures_lies_on_another(studies: Studies, count: int) -> None:
+    """Two by two cases, five by five, ten by ten; what failed is told well apart from the panels' headings."""
+    with styled():
+        figure = draw_maps(failing(studies(count)), {})
+        assert clashes(figure) == []
+    found = texts_of(figure)
+    (told,) = (box for text, box in found if text.startswith("not complete"))
+    heading = max(box.y1 for text, box in found if text.startswith("(a)"))
+    assert told.y0 - heading > 0.05 * figure.dpi
+
+
+@pytest.mark.parametrize("ends_s", [(600.0,), (17800.0,), (0.0,), (600.0, 10000.0, 17800.0), (9000.0, 9100.0, 9200.0)])
+def test_text_of_full_weight_is_in_its_panel_and_off_the_curves(ends_s: tuple[float, ...]) -> None:
+    times = np.linspace(0.0, 18000.0, 400)
+    curves = {f"{end:g}": (times, np.clip(times / max(end, 1.0), 0.0, 1.0)) for end in ends_s}
+    figure = Figure(figsize=(6.8, 3.4))
+    with styled():
+        place, q = figure.add_gridspec(1, 1)[0], QUANTITIES[1]
+        panel = Panel(figure, place, q, curves, looks_of(list(curves)), {}, "", "")
+        panel.draw("a")
+        panel.mark_times(ends_s, "full weight")
+        found = [box for text, box in texts_of(figure) if text == "full weight"]
+        lines = [line for line in panel.main.lines if line.get_linestyle() == ":"]
+    assert len(lines) == sum(end > 0 for end in ends_s)
+    assert len(found) == {(0.0,): 0, (9000.0, 9100.0, 9200.0): 1}.get(ends_s, len(ends_s))
+    assert all(inside(box, panel.main.bbox) for box in found)
+    assert not any(a.overlaps(b) for a, b in combinations(found, 2))
+    for t, values in curves.values():
+        points = panel.main.transData.transform(np.column_stack([t, values]))
+        assert not any(box.count_contains(points) for box in found)
 
 
 @pytest.mark.parametrize("quantity", [None, "sigma_mises_Pa"])
