@@ -15,15 +15,13 @@ from cellmech.scene.limits import below, told
 from cellmech.scene.nucleus_rules import of_nucleus
 from cellmech.scene.parts import LAYER_NAMES
 from cellmech.scene.placement import overlaps, placement
-from cellmech.scene.sizes import of_sizes
+from cellmech.scene.sizes import THINNEST_LAYER, of_sizes
 from cellmech.scene.substrate_rules import of_substrate
 from cellmech.solver.instants import CLOSEST, apart
 
 MOST_CELLS = 5e6  # what fits into the memory of a large workstation
 FINEST_CONTACT = 1e-5  # of the cell's radius: a contact zone of a fifth of the radius then has 20,000 edges
 FREE = "the substrate, which only [adhesion] with work_uJ_m2 > 0 holds it to."
-SMALLEST_CELL = 1e-3  # µm: a radius below it is one in metres
-THINNEST_LAYER = 1e-4  # of the cell's radius, 1 nm of Table 1's cell: thinner is no continuum, and no mesh
 
 
 def breaches(scene: Inputs) -> Iterator[Breach]:
@@ -142,10 +140,6 @@ def _finest_um(scene: Inputs) -> float:
 def _mesh(scene: Inputs) -> Iterator[Breach]:
     size, contact, radius = scene.mesh.size_um, scene.mesh.contact_size_um, scene.radius_um
     finest = _finest_um(scene)
-    if radius < SMALLEST_CELL and size > radius:
-        rule = f"is in µm, and must be >= {SMALLEST_CELL:g} µm where mesh.size_um is larger"
-        hint = f"In metres it would be {1e6 * radius:.6g} µm: write {float(f'{1e6 * radius:.6g}')!r}."
-        yield Breach("layer.membrane.outer_radius_um", rule, radius, hint)
     if size < finest or size > radius:
         cells = "tetrahedra" if scene.cell.geometry == "3d" else "triangles"
         rule = f"must be from {finest:g} µm (about {MOST_CELLS:.0e} {cells}) to the cell's radius, {told(radius)} µm"

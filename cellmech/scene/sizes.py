@@ -7,8 +7,11 @@ from typing import Any
 
 from cellmech.scene.breach import Breach
 from cellmech.scene.inputs import Inputs
-from cellmech.scene.parts import Nucleus
+from cellmech.scene.limits import below, told
+from cellmech.scene.parts import LAYER_NAMES, Nucleus
 
+SMALLEST_CELL = 1e-3  # µm: a radius below it is one in metres
+THINNEST_LAYER = 1e-4  # of the cell's radius, 1 nm of Table 1's cell: thinner is no continuum, and no mesh
 SHELLS = (("cell", "membrane", "cytosol"), ("nucleus", "lamina", "nucleoplasm"))  # a body, its shell, what is inside
 
 
@@ -44,7 +47,8 @@ def outer_radii(scene: Inputs) -> dict[str, Any]:
 
 
 def of_sizes(scene: Inputs) -> Iterator[Breach]:
-    """Sizes that are written twice, and thicknesses that leave nothing inside."""
+    """Sizes that are written in metres, or twice, and thicknesses that leave nothing inside."""
+    yield from _in_metres(scene)
     for body, shell, inside in SHELLS:
         outer, inner = getattr(scene.layer, shell), getattr(scene.layer, inside)
         radius, thickness = _radius(scene, body), outer.thickness_um
@@ -60,6 +64,30 @@ def of_sizes(scene: Inputs) -> Iterator[Breach]:
         rim = outer.outer_radius_um if radius is None else radius
         if thickness is not None and thickness >= rim:
             yield Breach(f"layer.{shell}.thickness_um", f"must be less than the {body}'s radius, {rim:g} µm", thickness)
+
+
+def _in_metres(scene: Inputs) -> Iterator[Breach]:
+    """Radii and thicknesses, as they are written, that are too small for a cell: what is derived of them says less."""
+    layers = {name: getattr(scene.layer, name) for name in LAYER_NAMES}
+    key, radius = "layer.membrane.outer_radius_um", scene.radius_um
+    if scene.cell.radius_um is not None:
+        key, radius = "cell.radius_um", scene.cell.radius_um
+    if radius < SMALLEST_CELL and scene.mesh.size_um > radius:
+        rule = f"is in µm, and must be >= {SMALLEST_CELL:g} µm where mesh.size_um is larger"
+        yield Breach(key, rule, radius, _as_metres(radius))
+    least = THINNEST_LAYER * radius
+    written = {f"layer.{name}.outer_radius_um": one.outer_radius_um for name, one in layers.items()}
+    written = {"nucleus.radius_um": _radius(scene, "nucleus"), **written}
+    written |= {f"layer.{name}.thickness_um": one.thickness_um for name, one in layers.items()}
+    for key, value in written.items():
+        if value is not None and below(value, least):
+            rule = f"is in µm, and must be >= {told(least)} µm, {THINNEST_LAYER:g} of the cell's radius"
+            yield Breach(key, rule, value, _as_metres(value) if least <= 1e6 * value <= radius else "")
+
+
+def _as_metres(value: float) -> str:
+    micrometres = float(f"{1e6 * value:.6g}")
+    return f"In metres it would be {micrometres:g} µm: write {micrometres!r}."
 
 
 def semi_axes(radius: float, aspect: float, solid: bool) -> tuple[float, float]:

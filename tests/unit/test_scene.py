@@ -336,7 +336,7 @@ def test_disc_inside_thinner_than_a_ten_thousandth_of_the_radius_is_refused():
     """Gmsh 4.8 ended the whole process over 5e-9 µm, with all other cases of the study."""
     error = refusal("layer.nucleoplasm.outer_radius_um = 4.9e-9")
     assert (error.key, error.got) == ("layer.nucleoplasm.outer_radius_um", 4.9e-9)
-    assert error.rule == "must be >= 0.001 µm, 0.0001 of the cell's radius"
+    assert error.rule == "is in µm, and must be >= 0.001 µm, 0.0001 of the cell's radius"
     assert scene_of("layer.nucleoplasm.outer_radius_um = 1e-3")
 
 

@@ -147,6 +147,22 @@ def test_radii_in_metres_are_blamed_not_the_mesh(refusal):
     assert "is in µm" in error.rule and error.hint == "In metres it would be 10 µm: write 10.0."
 
 
+@pytest.mark.parametrize(
+    ("text", "key", "hint"),
+    [
+        ('[sweep]\n"cell.radius_um" = [1e-5, 2e-5]', "cell.radius_um", "10 µm: write 10.0"),
+        ('[sweep]\n"nucleus.radius_um" = [5e-6, 4e-6]', "nucleus.radius_um", "5 µm: write 5.0"),
+        ("[layer.lamina]\nthickness_um = 1e-7", "layer.lamina.thickness_um", "0.1 µm: write 0.1"),
+        ("[layer.nucleoplasm]\nouter_radius_um = 4.9e-6", "layer.nucleoplasm.outer_radius_um", "4.9 µm: write 4.9"),
+        ("[cell]\nradius_um = 1e-5\n[nucleus]\nradius_um = 5e-6", "cell.radius_um", "10 µm: write 10.0"),
+    ],
+)
+def test_a_size_in_metres_is_blamed_under_the_key_that_says_it(refusal, text, key, hint):
+    error = refusal(text)
+    assert error.key == key and "is in µm" in error.rule
+    assert error.hint == f"In metres it would be {hint}."
+
+
 @pytest.mark.parametrize("text", ["300,0", "1.234,5"])
 def test_decimal_comma_is_named(study, text):
     with pytest.raises(InputError, match="decimal point") as refused:
