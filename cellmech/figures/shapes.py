@@ -244,7 +244,7 @@ def colour_bar(axes: Axes, paint: Paint, quantity: str) -> None:
     mapped = ScalarMappable(paint.norm, paint.colours)
     figure.colorbar(mapped, cax=axes, orientation="horizontal", extend=beyond(paint.norm)).minorticks_off()
     axes.tick_params(labelsize=SMALL - 1, pad=1)
-    axes.set_title(field_label(quantity), fontsize=SMALL, pad=2)
+    axes.set_title(field_label(quantity), fontsize=SMALL, pad=4)
 
 
 def scale_bar(axes: Axes, view: View, factor: int, wide_in: float) -> None:

@@ -173,6 +173,15 @@ def test_no_text_of_a_case_lies_on_another(studies: Studies, quantity: str | Non
         assert clashes(draw_case(next(iter(study.cases.values())), quantity)) == []
 
 
+def test_name_of_a_colour_bar_stands_clear_of_it(studies: Studies) -> None:
+    """Its index hung into the bar."""
+    with styled():
+        figure = draw_shapes(studies(4), quantity="sigma_mises_Pa", px_per_in=20)
+        (name,) = (box for text, box in texts_of(figure) if "Mises" in text and "[Pa]" in text)
+    bar = next(axes for axes in figure.axes if axes.bbox.height < 0.2 * figure.dpi)
+    assert name.y0 > bar.bbox.y1 + 1
+
+
 @pytest.mark.parametrize("shape", ["half", "full"])
 @pytest.mark.parametrize("half_width", [0.5, 1.5, 4.0, 8.0])
 @pytest.mark.parametrize("x", [0.0, 6.0, 11.0])
