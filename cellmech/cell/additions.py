@@ -103,8 +103,10 @@ def _try(label: str, obstacle: Obstacle) -> None:
     """Raise InputError for an obstacle whose functions do not take a point."""
     try:
         found = float(obstacle.level_set((0.3, 0.7))), len(obstacle.gradient((0.3, 0.7)))
+        if hasattr(obstacle, "distance"):
+            float(obstacle.distance((0.3, 0.7)))
     except TypeError as error:
-        rule = f"its level_set and gradient must take a point, (x, y) as one vector ({error})"
+        rule = f"its level_set, gradient and distance must take a point, (x, y) as one vector ({error})"
         raise InputError(WHERE, f"obstacles.{label}", rule, obstacle) from None
     if found[1] != 2:
         raise InputError(WHERE, f"obstacles.{label}", "its gradient must have two components", found[1])

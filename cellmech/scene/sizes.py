@@ -76,8 +76,8 @@ def _in_metres(scene: Inputs) -> Iterator[Breach]:
         rule = f"is in µm, and must be >= {SMALLEST_CELL:g} µm where mesh.size_um is larger"
         yield Breach(key, rule, radius, _as_metres(radius))
     least = THINNEST_LAYER * radius
-    written = {f"layer.{name}.outer_radius_um": one.outer_radius_um for name, one in layers.items()}
-    written = {"nucleus.radius_um": _radius(scene, "nucleus"), **written}
+    written = {"nucleus.radius_um": _radius(scene, "nucleus")}
+    written |= {f"layer.{name}.outer_radius_um": one.outer_radius_um for name, one in layers.items()}
     written |= {f"layer.{name}.thickness_um": one.thickness_um for name, one in layers.items()}
     for key, value in written.items():
         if value is not None and below(value, least):

@@ -16,6 +16,7 @@ import cellmech
 from cellmech.figures.field_picture import make_film
 from cellmech.mechanics.laws import neo_hookean
 from cellmech.mechanics.moduli import lame
+from cellmech.mechanics.obstacles import Flat
 
 ROOT = Path(__file__).resolve().parents[2]
 BLOCKS = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "adding.md").read_text(), flags=re.DOTALL)
@@ -123,7 +124,11 @@ def test_folder_with_files_of_ones_own_is_refused_and_kept(tmp_path):
         ),
         (
             lambda: cellmech.Additions(obstacles={"wall": OfTwoNumbers()}),
-            r"obstacles\.wall: its level_set and gradient must take a point, \(x, y\) as one vector",
+            r"obstacles\.wall: its level_set, gradient and distance must take a point, \(x, y\) as one vector",
+        ),
+        (
+            lambda: cellmech.Additions(obstacles={"wall": WithADistanceOfTwoNumbers(0.0)}),
+            r"obstacles\.wall: its level_set, gradient and distance must take a point, \(x, y\) as one vector",
         ),
         (lambda: cellmech.Additions(observables={"a.b": len}), r"observables: must be named by letters"),
         (lambda: cellmech.Additions(observables=[len]), r"observables: must be a dict"),
@@ -159,6 +164,13 @@ class OfTwoNumbers:
 
     def gradient(self, x, y):
         return 1, -1
+
+
+class WithADistanceOfTwoNumbers(Flat):
+    """An obstacle whose distance is none of a point."""
+
+    def distance(self, x, y):
+        return y
 
 
 class Flat45:
