@@ -305,16 +305,15 @@ class Observer:
         ledger, copies = self.run.ledger, self.layout.copies
         stored = {"stored": ledger.stored() * copies}
         body, works = self.run.body, ledger.works
-        pulled = {f"{driver.name}_work": works[driver.name] * copies for driver in body.drivers}
+        given = {f"{'gravity' if n == 'load' else n}_work": work * copies for n, work in ledger.given().items()}
         spent = stored | {"dissipated": ledger.dissipated * copies, "contact_work": ledger.contact_work * copies}
         if body.drag is not None:
             spent["drag_work"] = works["drag"] * copies
         if not self.run.has_a_way:
             works_of_the_way = (name for name in spent if name != "stored")
-            return {**dict.fromkeys(("gravity_work", *pulled, *works_of_the_way, "balance_error")), **stored}
+            return {**dict.fromkeys((*given, *works_of_the_way, "balance_error")), **stored}
         if body.density is not None:
             spent["kinetic"] = ledger.kinetic() * copies
-        given = {"gravity_work": ledger.load_work * copies, **pulled}
         return {**given, **spent, "balance_error": sum(given.values()) - sum(spent.values())}
 
 

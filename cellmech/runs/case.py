@@ -42,7 +42,7 @@ from cellmech.solver.acceptance import Refused
 from cellmech.solver.ellipticity import Stability
 from cellmech.solver.ellipticity_in_space import EllipticityInSpace, StabilityInSpace
 from cellmech.solver.linear import needed_bytes
-from cellmech.solver.resolution import UNTOLD, doubts
+from cellmech.solver.resolution import UNTOLD, doubts, unbalanced
 from cellmech.solver.schedule import Memory, Step
 from cellmech.solver.simulation import Simulation
 
@@ -128,7 +128,10 @@ def _solve(
 
     def look_for_doubts(when: str = "") -> None:
         assert run is not None
-        for key, text in doubts(run, setup.centre[0] if setup.half else None).items():
+        found, missing = doubts(run, setup.centre[0] if setup.half else None), scalars["energy"]["balance_error"]
+        if missing is not None and (told := unbalanced(missing, run.ledger.turnover * observer.layout.copies)):
+            found["energy"] = told
+        for key, text in found.items():
             in_doubt[key] = when + text
             folder.log(f"warning: {key}: {in_doubt[key]}")
 

@@ -49,7 +49,7 @@ class Ledger:
 
     def __init__(self, body: Body, state: State) -> None:
         self.works = dict.fromkeys(("load", "viscous", "contact"), 0.0)
-        self.amplitude = 0.0
+        self.amplitude, self.turnover = 0.0, 0.0
         self.rebind(body, state)
         self.rest()
 
@@ -106,6 +106,10 @@ class Ledger:
             self.works[name] += self._store() - before
         for name in self._contracting:
             self._forces[name] = self._acting(name, amplitude)
+
+    def given(self) -> dict[str, float]:
+        """Works of what drives the body so far [Pa µm^2]: "load", and of each driver by its name."""
+        return {"load": self.works["load"]} | {driver.name: self.works[driver.name] for driver in self.body.drivers}
 
     @property
     def load_work(self) -> float:
@@ -201,6 +205,7 @@ class Ledger:
         works = self._sum(np.array([self._work(name, now, before, slopes, step) for name in self.works]))
         for name, work in zip(self.works, works, strict=True):
             self.works[name] += float(work)
+        self.turnover = max(self.turnover, sum(map(abs, self.given().values())))
         self._earlier, self._forces, self.amplitude = u, forces, amplitude
         self._slopes, self._last_step = slopes, step
 
@@ -222,8 +227,8 @@ class Ledger:
         return trapezoid + step**3 / 6 * float(f @ u2 - f2 @ u)
 
     def numbers(self) -> dict[str, float]:
-        """The integrals so far [Pa µm^2], the amplitude they have been brought to [-], and the last step [s]."""
-        return self.works | {"amplitude": self.amplitude, "last_step": self._last_step}
+        """The integrals and their largest so far [Pa µm^2], the amplitude they are brought to [-], and the step [s]."""
+        return self.works | {"turnover": self.turnover, "amplitude": self.amplitude, "last_step": self._last_step}
 
     def fields(self) -> Fields:
         """The forces at the last accepted step [Pa µm], and the slopes over it of forces and path; owned nodes."""
@@ -232,7 +237,7 @@ class Ledger:
     def recall(self, numbers: dict[str, float], fields: Fields) -> None:
         """Go on from what `numbers` and `fields` held; the state has been recalled."""
         self.works = {name: numbers[name] for name in self.works}
-        self.amplitude, self._last_step = numbers["amplitude"], numbers["last_step"]
+        self.turnover, self.amplitude, self._last_step = (numbers[n] for n in ("turnover", "amplitude", "last_step"))
         self._earlier = self.state.u.x.array[: self._owned].copy()
         self._forces = {name: fields[name][: self._owned].copy() for name in self._forces}
         slopes = [name for name in fields if name.startswith("slope_")]

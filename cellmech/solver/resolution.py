@@ -26,6 +26,7 @@ BETWEEN = 40  # Gauss points of an edge that tell what the solver's own miss bet
 INSIDE = 3  # times the solver's degree of quadrature, likewise of an element's inside
 UNTOLD = "the cell has hardly begun to move, and what is wrong may be as large as what it has moved"
 ROUNDED = 1e-6  # of the load, ten times Newton's tolerance: what round-off keeps out of balance is told of from there
+MISSING = 0.02  # of the works turned over: what the energies' balance may leave of them
 SOFT = 0.5  # of the contact's half-width: an obstacle that the cell sinks into further is not rigid
 
 
@@ -241,3 +242,18 @@ def doubts(run: Simulation, axis: float | None) -> dict[str, str]:
             "half-width: it yields like a cushion; raise contact.penalty_Pa_per_um for a rigid one"
         )
     return found
+
+
+def unbalanced(missing: float, turnover: float) -> str:
+    """What is in doubt of a way on which energy is lost; "" where next to none is.
+
+    Args:
+        missing: what the balance of the energies leaves.
+        turnover: the largest works of what drives the body so far, of the same unit.
+    """
+    if abs(missing) <= MISSING * turnover:
+        return ""
+    return (
+        f"{abs(missing) / turnover:.2g} of the work that was done is {'missing' if missing > 0 else 'too much'} in the "
+        "balance of the energies: steps are too long for what happens in them, an impact perhaps; set time.rtol lower"
+    )
