@@ -6,16 +6,13 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from cellmech.cell.actin_places import PLACES
 from cellmech.cell.footing import SIZE_OVER_RADIUS
+from cellmech.cell.nucleus_words import nucleus_words
 from cellmech.cell.placed import M_S2
 from cellmech.cell.setup import Setup, material, mixed_layers
 from cellmech.cell.slips import USUAL_MEDIUM, slips
-from cellmech.fem.curves import moments
 from cellmech.mesh.disc import DiscSpec
-from cellmech.mesh.nucleus_shape import WAVES
 from cellmech.scene.inputs import MIXED_ABOVE
 from cellmech.scene.parts import LAYER_NAMES, Adhesion, Mesh
 from cellmech.scene.scene import AT_REST, Scene
@@ -24,7 +21,6 @@ from cellmech.solver.ellipticity import yeoh_bounds
 from cellmech.solver.simulation import Simulation
 
 COARSE = 1.5  # mesh.size_um over the usual one from which a mesh is called coarse
-LOOKS = 720  # at an outline, around
 NO_INERTIA = 1e-9  # of the weight: rho a below it is below the Newton tolerance
 WORDS = {
     "plane": "a cylinder on endless ridges (plane strain)",
@@ -97,7 +93,7 @@ def describe_model(setup: Setup, run: Simulation | None = None, found: Mapping[s
         modelled["layers"] = f"smeared over ± {cell.smear_um:g} um; meshed: {', '.join(n for n, _ in setup.interfaces)}"
     else:
         modelled["layers"] = f"meshed apart: {', '.join(n for n, _ in setup.interfaces)}"
-    if (nucleus := _nucleus(setup)) is not None:
+    if (nucleus := nucleus_words(scene)) is not None:
         modelled["nucleus"] = nucleus
     waiting = setup.out_of_reach if run is None else run.out_of_reach
     for label, obstacle in setup.obstacles.items():
@@ -126,24 +122,6 @@ def summarised(scene: Scene) -> str:
     left = [name for name in ("adhesion", "actin") if name not in names]
     left += ["friction", *["inertia"] * (not scene.cell.inertia), *["the way to the end"] * (not scene.time.history)]
     return f"{WORDS[scene.cell.geometry]}, driven by {' and '.join(drivers) or 'nothing'}; without {', '.join(left)}"
-
-
-def _nucleus(setup: Setup) -> str | None:
-    """Shape and place of a nucleus that is no circle or ball about the cell's centre, and how near they come to it."""
-    written, shape = setup.scene.nucleus, setup.spec.nucleus
-    if written is None or shape is None:
-        return None
-    place = ", ".join(f"{at:g}" for at in shape.offset)
-    if written.outline_um is None:
-        wide, high = shape.semi_axes_um
-        return f"{2 * wide:.4g} um wide, {2 * high:.4g} um high, its centre at ({place}) um from the cell's"
-    angle = 2 * np.pi * np.arange(LOOKS) / LOOKS
-    e = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    polygons = np.array(written.outline_um), shape.reach(e)[:, None] * e
-    asked, found = (moments(np.stack([points, np.roll(points, -1, axis=0)], axis=1)) for points in polygons)
-    told = f"an outline of {len(written.outline_um)} points as {WAVES} waves around, its centroid at ({place}) um: "
-    told += f"area {found.area:.4g} um2 (of the points {asked.area:.4g}), "
-    return told + f"shape index {found.shape_index:.3f} ({asked.shape_index:.3f})"
 
 
 def _warnings(scene: Scene) -> dict[str, str]:

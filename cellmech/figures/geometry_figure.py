@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle, Wedge
+from matplotlib.path import Path
 
 from cellmech.cell.nucleus import outline_of_nucleus
 from cellmech.figures.style import FADED, LAYER_COLOURS, SMALL, SUBSTRATE, TINY
@@ -88,7 +89,7 @@ def _draw_nucleus(axes: Axes, scene: Scene, centre: tuple[float, float]) -> None
         axes.fill(*points.T, fc=_mixed(LAYER_COLOURS[name], PALE if right else 1.0), ec="none", lw=0, zorder=2.1)
         if right:
             half = points[points[:, 0] >= centre[0] - 1e-9]
-            half = half[np.argsort(half[:, 1])]
+            half = half[np.argsort(np.arctan2(*(half - middle).T[::-1]))]
             axes.fill(*half.T, fc=_mixed(LAYER_COLOURS[name], 1.0), ec="none", lw=0, zorder=2.1)
 
 
@@ -97,10 +98,14 @@ def _draw_from_above(axes: Axes, scene: Scene, sides: tuple[float, float]) -> No
     x, _, z = placement(scene).centre
     half = (sides[1] - sides[0]) / 2
     solid = {"": (0, 360), "x": (-90, 90), "xz": (0, 90)}[scene.mirrors]
-    for name in ("membrane", "lamina"):
+    shaped = Path(np.array([x, z]) + outline_of_nucleus(scene, axes="xz")) if scene.nucleus is not None else None
+    for name, radius, shape in (("membrane", scene.radius_um, None), ("lamina", scene.nucleus_radius_um, shaped)):
+        radius = radius if shape is None else scene.radius_um
         for (start, end), opacity in (((0, 360), PALE), (solid, 1.0)):
-            colour = _mixed(LAYER_COLOURS[name], opacity)
-            axes.add_patch(Wedge((x, z), scene.outer_radius_um(name), start, end, fc=colour, ec="none", lw=0))
+            part = Wedge((x, z), radius, start, end, fc=_mixed(LAYER_COLOURS[name], opacity), ec="none", lw=0)
+            axes.add_patch(part)
+            if shape is not None:
+                part.set_clip_path(shape, axes.transData)
     for foot in footprints(scene, (x - half, x + half, z - half, z + half)):
         axes.fill(*foot.T, fc="none", ec="#4d4d4d", lw=1.2)
     axes.set(xlim=(x - half, x + half), ylim=(z + half, z - half), xlabel="x [µm]", ylabel="z [µm]", aspect="equal")

@@ -10,7 +10,7 @@ from cellmech.scene.inputs import Inputs
 from cellmech.scene.limits import told
 from cellmech.scene.outline_points import Points, turns_once
 from cellmech.scene.parts import Nucleus
-from cellmech.scene.sizes import semi_axes
+from cellmech.scene.sizes import nucleus_semi_axes
 
 NAMES = {"plane": "x and y", "axisymmetric": "x and y", "3d": "x, y and z"}
 FEWEST = 8  # points of an outline
@@ -46,12 +46,10 @@ def of_nucleus(scene: Inputs) -> Iterator[Breach]:
 
 
 def _outline(scene: Inputs, nucleus: Nucleus, points: Points) -> Iterator[Breach]:
-    key, cell = "nucleus.outline_um", scene.cell
-    if nucleus.aspect != 1.0:
-        yield Breach("nucleus.aspect", "must not stand beside an outline", nucleus.aspect, "Write one of the two.")
-    if cell.geometry != "plane" or cell.shape != "full":
-        rule = 'belongs to a full cell in the plane (cell.geometry = "plane", cell.shape = "full")'
-        yield Breach(key, rule, f"{cell.shape}, {cell.geometry}", "Elsewhere set nucleus.aspect and nucleus.centre_um.")
+    key = "nucleus.outline_um"
+    if nucleus.aspect != 1.0 and scene.cell.geometry != "3d":
+        rule = "must not stand beside an outline from the side, which has a height"
+        yield Breach("nucleus.aspect", rule, nucleus.aspect, "Write one of the two.")
     if len(points) < FEWEST:
         yield Breach(key, f"must hold {FEWEST} points or more", f"{len(points)} points")
     elif not turns_once(points):
@@ -60,12 +58,21 @@ def _outline(scene: Inputs, nucleus: Nucleus, points: Points) -> Iterator[Breach
 
 
 def _farthest_um(scene: Inputs) -> float:
-    """Largest distance of the nucleus's outline from the cell's centre [µm]."""
-    nucleus, offset = scene.nucleus, scene.nucleus_offset_um
+    """Largest distance of the nucleus's outline from the cell's centre [µm].
+
+    The mean of an outline and its mirror images is nowhere farther than the farthest of them. In space a section of the
+    nucleus at the height sin(a) of half of its own is its horizontal outline times cos(a).
+    """
+    nucleus, (x, y, *z) = scene.nucleus, scene.nucleus_offset_um
     assert nucleus is not None
-    aside, up = math.hypot(offset[0], *offset[2:]), offset[1]
-    if nucleus.outline_um is not None:
-        return max(math.hypot(x + offset[0], y + up) for x, y in nucleus.outline_um)
-    wide, high = semi_axes(scene.nucleus_radius_um, nucleus.aspect, scene.cell.geometry != "plane")
-    angles = (2 * math.pi * k / AROUND for k in range(AROUND))
-    return max(math.hypot(aside + wide * math.cos(a), up + high * math.sin(a)) for a in angles)
+    wide, high = nucleus_semi_axes(scene)
+    angles = [2 * math.pi * k / AROUND for k in range(AROUND)]
+    if nucleus.outline_um is None:
+        aside = math.hypot(x, *z)
+        return max(math.hypot(aside + wide * math.cos(a), y + high * math.sin(a)) for a in angles)
+    if not z:
+        return max(math.hypot(x + along, y + up) for along, up in nucleus.outline_um)
+    heights = [(math.cos(a), y + high * math.sin(a)) for a in angles[::4] if math.cos(a) >= 0.0]
+    return max(
+        math.hypot(x + c * along, up, z[0] + c * away) for along, away in nucleus.outline_um for c, up in heights
+    )

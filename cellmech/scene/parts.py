@@ -109,11 +109,11 @@ class Nucleus(Table):
     centre_um: tuple[Position, ...] = ()
     """Of the nucleus beside the cell's centre: along x and y, in 3-D along z too."""
     aspect: Annotated[float, Number("(no unit)", least=0.2, most=5)] = 1.0
-    """Height over width of an ellipse of the circle's area; of a ball, of an ellipsoid round about y of its volume."""
+    """Height over width: of an ellipse of the circle's area, or an ellipsoid round about y of the ball's volume."""
     outline_csv: Annotated[str, Line()] | None = None
-    """File of a measured outline's points, x and y in µm, in the scene file's folder; centred on its centroid."""
-    outline_um: tuple[Annotated[tuple[float, float], Pair(PLACE, "x and y")], ...] | None = None
-    """Such points themselves, as scene.toml has them, about their centroid."""
+    """File beside the scene's, a measured outline's points in µm: from the side x and y; 3-D: from above, x and z."""
+    outline_um: tuple[Annotated[tuple[float, float], Pair(PLACE, "x and y, in 3-D x and z")], ...] | None = None
+    """Such points themselves, as scene.toml has them; they are moved to have their centroid at (0, 0)."""
 
     @model_validator(mode="after")
     def _about_its_centroid(self) -> Self:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
 from cellmech.scene.breach import Breach
 from cellmech.scene.inputs import Inputs
 from cellmech.scene.limits import below, told
+from cellmech.scene.outline_points import area_um2
 from cellmech.scene.parts import LAYER_NAMES, Nucleus
 
 SMALLEST_CELL = 1e-3  # µm: a radius below it is one in metres
@@ -94,6 +96,15 @@ def semi_axes(radius: float, aspect: float, solid: bool) -> tuple[float, float]:
     """Across and along y, of an ellipse of a circle's area, or an ellipsoid round about y of a ball's volume [µm]."""
     wide = radius * aspect ** (-1 / 3 if solid else -1 / 2)
     return wide, aspect * wide
+
+
+def nucleus_semi_axes(scene: Inputs) -> tuple[float, float]:
+    """Across and along y, of the nucleus [µm]; a measured outline's in 3-D, where it is horizontal, from its area."""
+    nucleus, solid = scene.nucleus or Nucleus(), scene.cell.geometry != "plane"
+    if nucleus.outline_um is None:
+        return semi_axes(scene.nucleus_radius_um, nucleus.aspect, solid)
+    wide = math.sqrt(abs(area_um2(nucleus.outline_um)) / math.pi)
+    return wide, nucleus.aspect * wide
 
 
 def _radius(scene: Inputs, body: str) -> float | None:

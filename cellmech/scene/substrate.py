@@ -135,11 +135,13 @@ def _reaches_over(arch: Upright, axis: str) -> bool:
 def smallest_shape(scene: Inputs) -> Shape:
     """The least part of a cell in 3-D that makes a whole with its mirror images: what an unwritten `shape` means.
 
-    Pillars that are written one by one count with their images at x = 0, as in the plane; an array as it is.
+    Pillars that are written one by one count with their images at x = 0, as in the plane; an array as it is. A measured
+    outline is whole only in a full cell.
     """
     array = [stand.arch for stand in standing(scene, "full") if isinstance(stand.pillar, str)]
     aside = scene.nucleus_offset_um
-    if not symmetric(array, "x") or aside[0] != 0.0:
+    measured = scene.nucleus is not None and scene.nucleus.outline_um is not None
+    if measured or not symmetric(array, "x") or aside[0] != 0.0:
         return "full"
     whole = scene.cell.centre_z_um == 0.0 == aside[-1] and symmetric(
         (stand.arch for stand in standing(scene, "half")), "z"

@@ -4,14 +4,18 @@ import tomllib
 
 import numpy as np
 import pytest
+from dolfinx import fem
 from mpi4py import MPI
 
 import cellmech
 from cellmech.cell.description import describe_model
 from cellmech.cell.layering import MeshPlan, mesh_plan
+from cellmech.cell.nucleus_words import nucleus_words
 from cellmech.cell.setup import Setup
+from cellmech.cell.shape import nucleus_shape as nucleus_measures
 from cellmech.errors import InputError
-from cellmech.mesh.nucleus_shape import NucleusShape, waves_of
+from cellmech.fem.boundary import boundary
+from cellmech.mesh.nucleus_shape import NucleusShape, radius_of, radius_of_polygon, symmetric_part, waves_of
 from cellmech.scene.files import read_scene, scene_to_toml
 
 COARSE = {"mesh": {"size_um": 6.0}, "time": {"history": False}, "load": {"factor": 1e-6}}
@@ -111,7 +115,21 @@ def test_waves_are_those_of_a_polygon():
         ({"nucleus": {"centre_um": [0.0, 4.5]}}, "nucleus", "within 9.2 µm of the cell's centre"),
         ({"nucleus": {"aspect": 0.2}}, "nucleus", "within 9.2 µm of the cell's centre"),
         ({"nucleus": {"outline_csv": "none.csv"}}, "nucleus.outline_csv", "there is no such file"),
-        ({"nucleus": {"outline_um": bean().tolist()}}, "nucleus.outline_um", "belongs to a full cell in the plane"),
+        (
+            {"cell": {"geometry": "axisymmetric"}, "nucleus": {"outline_um": bean().tolist(), "aspect": 0.5}},
+            "nucleus.aspect",
+            "must not stand beside an outline from the side",
+        ),
+        (
+            {"cell": {"geometry": "3d"}, "nucleus": {"outline_um": bean().tolist(), "aspect": 3.0}},
+            "nucleus",
+            "within 9.2 µm of the cell's centre",
+        ),
+        (
+            {"cell": {"geometry": "3d"}, "nucleus": {"outline_um": bean().tolist(), "centre_um": [3.0, -3.0, 2.0]}},
+            "nucleus",
+            "within 9.2 µm of the cell's centre",
+        ),
         (
             {
                 "cell": {"shape": "full"},
@@ -139,15 +157,146 @@ def test_damaged_file_is_named(tmp_path):
         read_scene({"cell": {"shape": "full"}, "nucleus": {"outline_csv": "bad.csv"}}, str(tmp_path / "scene.toml"))
 
 
+@pytest.mark.parametrize(
+    ("geometry", "head", "told"),
+    [
+        ("3d", "x_um,y_um", "columns x_um and z_um, as in 3-D"),
+        ("plane", "x_um,z_um", "columns x_um and y_um, those of an outline from the side"),
+        ("axisymmetric", "z_um,x_um", "columns x_um and y_um, those of an outline from the side"),
+    ],
+)
+def test_outline_of_another_view_is_refused(tmp_path, geometry, head, told):
+    (tmp_path / "nucleus.csv").write_text(f"{head}\n" + "".join(f"{x},{y}\n" for x, y in bean()))
+    with pytest.raises(InputError) as caught:
+        read_outline(tmp_path, geometry)
+    assert caught.value.key == "nucleus.outline_csv" and told in caught.value.rule
+
+
+def read_outline(folder, geometry):
+    tables = {"cell": {"geometry": geometry}, "nucleus": {"outline_csv": "nucleus.csv"}}
+    return read_scene(tables, str(folder / "scene.toml"))
+
+
+@pytest.mark.parametrize(("geometry", "second"), [("axisymmetric", "y"), ("3d", "z")])
+def test_columns_are_taken_by_their_names(tmp_path, geometry, second):
+    rows = "".join(f"{k},{v},{u}\n" for k, (u, v) in enumerate(bean()))
+    (tmp_path / "nucleus.csv").write_text(f"number,{second}_um,x_um\n{rows}")
+    named = read_outline(tmp_path, geometry).nucleus.outline_um
+    (tmp_path / "nucleus.csv").write_text("X,Y\n" + "".join(f"{u},{v}\n" for u, v in bean()))
+    assert named == read_outline(tmp_path, geometry).nucleus.outline_um
+
+
+def halves_mean(angle):
+    """The mean of the bean's radius and its image's at x = 0 [µm], of its own waves, about its centroid."""
+    waves = waves_of(read_scene({"cell": {"shape": "full"}, "nucleus": BEAN}, "test").nucleus.outline_um)
+    return (radius_of(waves, angle) + radius_of(waves, np.pi - angle)) / 2
+
+
+BEAN = {"outline_um": bean().tolist()}
+ANGLES = 2 * np.pi * (np.arange(2000) + 0.5) / 2000
+
+
+def test_symmetric_part_is_the_mean_of_mirror_images():
+    waves = waves_of(bean() - [40, 25])
+    for axes, images in (((0,), [np.pi - ANGLES]), ((0, 1), [np.pi - ANGLES, -ANGLES, np.pi + ANGLES])):
+        mean = np.mean([radius_of(waves, at) for at in (ANGLES, *images)], axis=0)
+        np.testing.assert_allclose(radius_of(symmetric_part(waves, axes), ANGLES), mean, rtol=1e-12)
+    assert symmetric_part(waves, ()) == waves
+
+
+def test_outline_of_a_half_cell_is_its_symmetric_part():
+    found = cellmech.solve({"title": "half", "nucleus": BEAN, **COARSE}).result["nucleus_shape"]
+    assert found["area_um2"] == pytest.approx(np.pi * np.mean(halves_mean(ANGLES) ** 2), rel=1e-3)
+
+
+def test_meridian_is_the_mean_of_both_halves():
+    scene = {"title": "turned", "cell": {"geometry": "axisymmetric"}, "nucleus": BEAN, **COARSE}
+    found = cellmech.solve(scene).result["nucleus_shape"]
+    radius = halves_mean(ANGLES)
+    volume = 2 * np.pi * np.pi / 3 * np.mean(radius**3 * abs(np.cos(ANGLES)))
+    assert found["volume_um3"] == pytest.approx(volume, rel=1e-3)
+    assert found["width_um"] == pytest.approx(2 * np.max(radius * np.cos(ANGLES)), rel=2e-3)
+
+
+def test_sections_of_a_nucleus_in_space_are_copies_of_its_outline():
+    waves = waves_of(bean() - [40, 25])
+    shape = NucleusShape(5.0, 0.1, 9.5, (0.5, -1.0, 0.2), (4.5, 2.5), waves)
+    e = np.random.default_rng(0).standard_normal((200, 3))
+    e /= np.linalg.norm(e, axis=1)[:, None]
+    x = shape.moved(5 * e) - shape.offset
+    share = np.sqrt(1 - (x[:, 1] / 2.5) ** 2)
+    outline = radius_of(waves, np.arctan2(x[:, 2], x[:, 0]))
+    np.testing.assert_allclose(np.hypot(x[:, 0], x[:, 2]), share * outline, rtol=1e-12)
+
+
+@pytest.mark.parametrize(("shape", "size", "near"), [("quarter", 4.0, 2e-3), ("half", 9.0, 1e-2), (None, 9.0, 1e-2)])
+def test_ball_has_the_outline_from_above_and_a_height(shape, size, near):
+    """Four thirds of the outline's area times half the height is the volume; a quarter has its symmetric part."""
+    cell = {"geometry": "3d"} | ({"shape": shape} if shape else {})
+    tables = {"nucleus": {**BEAN, "aspect": 0.7}, "mesh": {"size_um": size, "order": 2}}
+    scene = read_scene({**COARSE, "title": "ball", "cell": cell, **tables}, "test")
+    setup = Setup(scene, MPI.COMM_SELF, mesh_plan(scene))
+    assert scene.cell.shape == (shape or "full")
+    images = {"full": [ANGLES], "half": [ANGLES, np.pi - ANGLES]}.get(scene.cell.shape)
+    images = images or [ANGLES, np.pi - ANGLES, -ANGLES, np.pi + ANGLES]
+    waves = waves_of(scene.nucleus.outline_um)
+    radius = np.mean([radius_of(waves, at) for at in images], axis=0)
+    high = 0.7 * np.sqrt(area(bean()) / np.pi)
+    projected = np.pi * np.mean(radius**2)
+    rest = fem.Function(setup.body.space)
+    nucleus = boundary(setup.domain, setup.body.space, "nucleus_outline", setup.layout().mirrored)
+    found = nucleus_measures(nucleus, rest, True, False, None)
+    assert found["projection_area_um2"] == pytest.approx(projected, rel=near)
+    assert found["volume_um3"] == pytest.approx(4 / 3 * high * projected, rel=near)
+    assert found["height_um"] == pytest.approx(2 * high, rel=2e-3)
+    assert found["depth_um"] == pytest.approx(np.ptp(radius * np.sin(ANGLES)), rel=near)
+
+
+def steps_of_pixels(um):
+    """The bean's outline as a picture has it: along the edges of its pixels."""
+    on = np.round((bean(4000) - [40, 25]) / um) * um
+    return on[[k for k in range(len(on)) if np.any(on[k] != on[k - 1])]]
+
+
+@pytest.mark.parametrize("first", [0, 7, 40])
+def test_steps_of_pixels_are_smoothed(first):
+    points = np.roll(steps_of_pixels(0.32), first, axis=0)
+    angles = np.unwrap(np.arctan2(points[:, 1], points[:, 0]))
+    assert np.diff(angles).min() < -0.02
+    scene = read_scene({"cell": {"shape": "full"}, "nucleus": {"outline_um": points.tolist()}}, "test")
+    found = waves_of(scene.nucleus.outline_um)
+    smooth = waves_of(bean() - [40, 25])
+    assert np.pi * np.mean(radius_of(found, ANGLES) ** 2) == pytest.approx(area(points), rel=2e-3)
+    assert np.abs(radius_of(found, ANGLES) - radius_of(smooth, ANGLES)).max() < 0.8 * 0.32
+
+
 def test_check_says_what_becomes_of_an_outline():
-    scene = read_scene({"cell": {"shape": "full"}, "nucleus": {"outline_um": bean().tolist()}}, "test")
+    scene = read_scene({"cell": {"shape": "full"}, "nucleus": BEAN}, "test")
     told = describe_model(Setup(scene, MPI.COMM_SELF, mesh_plan(scene))).modelled["nucleus"]
-    assert told.startswith(
+    start = (
         "an outline of 180 points as 12 waves around, its centroid at (0, 0) um: area 64.86 um2 (of the points 64.86)"
     )
+    assert told == f"{start}, shape index 0.929 (0.929), at most 0.00099 um from the points"
     ellipse = read_scene({"nucleus": {"aspect": 0.64, "centre_um": [0.0, -1.0]}}, "test")
     told = describe_model(Setup(ellipse, MPI.COMM_SELF, mesh_plan(ellipse))).modelled["nucleus"]
     assert told == "12.5 um wide, 8 um high, its centre at (0, -1) um from the cell's"
+
+
+def test_check_says_how_far_from_symmetric_an_outline_was():
+    axis = read_scene({"cell": {"geometry": "axisymmetric"}, "nucleus": BEAN}, "test")
+    angle, radius = radius_of_polygon(axis.nucleus.outline_um)
+    apart = abs(np.interp(np.pi - angle, angle, radius, period=2 * np.pi) - radius).max()
+    told = nucleus_words(axis)
+    volume = 2 * np.pi**2 / 3 * np.mean(radius**3 * abs(np.cos(angle)))
+    assert f"volume 466.9 um3 ({volume:.4g} the mean of its two halves')" in told
+    assert told.endswith(
+        f"made symmetric about x = 0: the mean of what was measured and its mirror images, whose radii differ by up to "
+        f"{apart:.2g} um"
+    )
+    ball = read_scene({"cell": {"geometry": "3d", "shape": "quarter"}, "nucleus": {**BEAN, "aspect": 0.6}}, "test")
+    told = nucleus_words(ball)
+    assert "projected area 64.52 um2 (of the points 64.86), horizontal shape index 0.958 (0.929), 5.452 um high" in told
+    assert "about x = 0 and z = 0" in told and told.endswith("differ by up to 1.1 um")
 
 
 def test_nucleus_aside_moves_the_cell_between_two_pillars_and_not_on_one():
