@@ -270,6 +270,16 @@ def test_steps_of_pixels_are_smoothed(first):
     assert np.abs(radius_of(found, ANGLES) - radius_of(smooth, ANGLES)).max() < 0.8 * 0.32
 
 
+def test_radius_at_a_step_back_lies_between_those_on_the_ray():
+    """Half circles of 4 and 5 um, from one to the other 4 degrees back; looked up anywhere, nothing is beyond them."""
+    inner, outer = np.radians(np.linspace(-178, 2, 50)), np.radians(np.linspace(-2, 178, 50))
+    points = [[r * np.cos(a), r * np.sin(a)] for r, angles in ((4, inner), (5, outer)) for a in angles]
+    for first in (0, 20, 50, 51):
+        _, radius = radius_of_polygon(np.roll(points, first, axis=0))
+        assert 3.99 < radius.min() and radius.max() < 5.0 + 1e-9
+        assert np.mean(radius**2) == pytest.approx((16 + 25) / 2, rel=1e-2)
+
+
 def test_check_says_what_becomes_of_an_outline():
     scene = read_scene({"cell": {"shape": "full"}, "nucleus": BEAN}, "test")
     told = describe_model(Setup(scene, MPI.COMM_SELF, mesh_plan(scene))).modelled["nucleus"]
