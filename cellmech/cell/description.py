@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 
 from cellmech.cell.actin_places import PLACES
 from cellmech.cell.footing import SIZE_OVER_RADIUS
-from cellmech.cell.nucleus_words import nucleus_words
 from cellmech.cell.placed import M_S2
 from cellmech.cell.setup import Setup, material, mixed_layers
+from cellmech.cell.shape_words import cell_words, nucleus_words
 from cellmech.cell.slips import USUAL_MEDIUM, slips
 from cellmech.mesh.disc import DiscSpec
 from cellmech.scene.inputs import MIXED_ABOVE
@@ -93,8 +93,8 @@ def describe_model(setup: Setup, run: Simulation | None = None, found: Mapping[s
         modelled["layers"] = f"smeared over ± {cell.smear_um:g} um; meshed: {', '.join(n for n, _ in setup.interfaces)}"
     else:
         modelled["layers"] = f"meshed apart: {', '.join(n for n, _ in setup.interfaces)}"
-    if (nucleus := nucleus_words(scene)) is not None:
-        modelled["nucleus"] = nucleus
+    shapes = {"cell": cell_words(scene), "nucleus": nucleus_words(scene)}
+    modelled |= {body: words for body, words in shapes.items() if words is not None}
     waiting = setup.out_of_reach if run is None else run.out_of_reach
     for label, obstacle in setup.obstacles.items():
         if obstacle in waiting and setup.obstacles[label.partition(MIRRORED)[0]] not in (obstacle, *waiting):

@@ -88,7 +88,8 @@ def _driver(
     first, last = one.angles_deg or angles
     radius, arc = scene.radius_um, math.radians(last - first) * (inner + outer) / 2
     around = min(FADE_AROUND * radius, arc / 2)
-    sector = Sector(centre, (inner or None, outer if outer < radius else None), (first, last), FADE * radius, around)
+    bounds = inner or None, outer if outer < radius else None
+    sector = Sector(centre, bounds, (first, last), FADE * radius, around, aspect=scene.cell.aspect)
     if interfaces:
         slack, rims = ON_BOUND * radius, pairwise([("", 0.0), *interfaces])
         names = [name for (_, r), (name, rim) in rims if inner - slack <= r and rim <= outer + slack]

@@ -22,7 +22,7 @@ from cellmech.mesh.disc_script import resolves
 from cellmech.scene.rules import FINEST_CONTACT
 from cellmech.scene.scene import Scene
 from cellmech.scene.substrate import standing
-from cellmech.scene.touch import touch_of
+from cellmech.scene.touch import gradient_of, touch_of
 
 LEAST, BISECTIONS, POINTS = 1e-7, 15, 24  # of the radius; of the half-width's logarithm; of the integrals over it
 BEARS = (0.5, 1.2)  # of the share of the load that an obstacle is expected to bear
@@ -97,8 +97,17 @@ def follow(spec: DiscSpec, scene: Scene, load: float, pressure: Callable[[float]
     fineness *= FOOT_OF_ORDER[order]
     expected = feet(scene, load, pressure)
     least = (max(FINEST_CONTACT * radius, (f.edges[1] - f.edges[0]) / MOST_EDGES) for f in expected)
-    found = (Footprint(f.at, f.edges, f.scale_um, fineness, um) for f, um in zip(expected, least, strict=True))
+    found = (_in_the_mesh(spec, f, fineness, um) for f, um in zip(expected, least, strict=True))
     return replace(spec, footprints=tuple(foot for foot in found if not resolves(spec, foot)))
+
+
+def _in_the_mesh(spec: DiscSpec, foot: Foot, fineness: float, least_um: float) -> Footprint:
+    """A contact's footprint in the mesh of circles."""
+    if spec.moves is None:
+        return Footprint(foot.at, foot.edges, foot.scale_um, fineness, least_um)
+    (x, y), longer = spec.moves.on_circle(foot.at)
+    edges = foot.edges[0] / longer, foot.edges[1] / longer
+    return Footprint((x, y), edges, foot.scale_um / longer, fineness, least_um / longer)
 
 
 def modulus_of(scene: Scene) -> float:
@@ -115,27 +124,28 @@ def feet(scene: Scene, load: float, pressure: Callable[[float], float]) -> tuple
         load: the whole weight [Pa µm or pN].
         pressure: of the contact, as a function of the depth [Pa].
     """
-    radius, x0, turned = scene.radius_um, scene.cell.centre_x_um, scene.cell.geometry == "axisymmetric"
+    (wide, high), radius = scene.semi_axes_um, scene.radius_um
+    x0, turned = scene.cell.centre_x_um, scene.cell.geometry == "axisymmetric"
     half = scene.cell.shape == "half"
-    cell = Pillar(x0, 0.0, radius, radius, 2.0)
+    cell = Pillar(x0, 0.0, wide, high, 2.0)
     arches: list[Pillar | None] = [stand.arch for stand in standing(scene) if isinstance(stand.arch, Pillar)]
     if scene.flat is not None:
         arches.append(None)
     touches = []
     for arch in arches:
-        met = (x0, radius) if arch is None else touch_of(cell, arch)
+        met = (x0, high) if arch is None else touch_of(cell, arch)
         if met is not None and not (half and met[0] < 0.0):
             level = met[1] + (arch.y_um if arch else scene.flat.y_um if scene.flat else 0.0)
             touches.append((level, met[0], arch))
     if load <= 0.0 or not touches:
         return ()
     top, modulus = max(level for level, _, _ in touches), modulus_of(scene)
-    per_depth = load / (math.pi * radius) if turned else load  # of a ball about that of its middle slice
-    bearing = [touch for touch in touches if top - touch[0] <= _settles(per_depth, modulus, radius)]
+    per_depth = load / (math.pi * wide) if turned else load  # of a ball about that of its middle slice
+    bearing = [touch for touch in touches if top - touch[0] <= _settles(per_depth, modulus, high)]
     n = sum(scene.copies if x > 0.0 else 1 for _, x, _ in bearing)
     found = []
     for _, x, arch in bearing:
-        stretch = radius / max(cell.rise(x), 0.05 * radius)
+        stretch = high * gradient_of(high / wide, [(x - x0) / wide]) / max(cell.rise(x), 0.05 * high)
         around = turned and x == 0.0
         whole = load if around or not turned else load / (2 * math.pi * x)  # of a ring, per length of it
         share = whole * stretch / n

@@ -6,16 +6,18 @@ import math
 
 from cellmech.cell.footing import follow, modulus_of
 from cellmech.cell.layering import MeshPlan, graded
-from cellmech.cell.nucleus import nucleus_shape
+from cellmech.cell.outlines import cell_shape
 from cellmech.mechanics.contact import Contact
 from cellmech.mechanics.kinematics import GEOMETRIES
 from cellmech.mechanics.obstacles import Flat, Obstacle
 from cellmech.mesh.ball import BALL, SYMMETRIC, BallSpec
+from cellmech.mesh.cell_shape import CellShape
 from cellmech.mesh.disc import DiscSpec
 from cellmech.mesh.sizes import Zone
 from cellmech.scene.placement import Touch
 from cellmech.scene.scene import Scene
 from cellmech.scene.substrate import facing
+from cellmech.scene.touch import gradient_of
 
 ZONE_OVER_HERTZ = 1.32  # on Table 1 the contact edge lies at 0.9 of Hertz's half-width, the membrane's peaks beyond it
 AXES = "xyz"
@@ -37,6 +39,7 @@ def mesh_spec(
         weight: of the whole cell [Pa µm or pN].
         contact: how obstacles push.
     """
+    moves = cell_shape(scene)
     if scene.cell.geometry == "3d":
         return BallSpec(
             shape=scene.cell.shape,
@@ -46,10 +49,12 @@ def mesh_spec(
             size_um=scene.mesh.size_um,
             order=min(scene.mesh.order, 2),
             thin_layers=scene.mesh.thin_layers,
-            zones=_zones(scene, touch, weight),
+            zones=_zones(scene, centre, touch, weight, moves),
             grading=graded(scene, BALL),
-            nucleus=nucleus_shape(scene),
+            moves=moves,
         )
+    places = [_in_the_mesh(moves, centre, t.at) for t in touch]
+    zones = (contact_zone_um(scene, weight, bends_of(scene, centre, t.at)[0]) for t in touch)
     disc = DiscSpec(
         shape=scene.cell.shape,
         centre=(centre[0], centre[1]),
@@ -60,10 +65,10 @@ def mesh_spec(
         or _within_the_range(scene, plan.grading.contact * scene.mesh.size_um),
         order=min(scene.mesh.order, 2),
         thin_layers=scene.mesh.thin_layers,
-        touch=tuple((t.at[0], t.at[1]) for t in touch),
-        contact_zone_um=contact_zone_um(scene, weight, scene.radius_um),
+        touch=tuple((at[0], at[1]) for at, _ in places),
+        contact_zone_um=max((zone / longer for zone, (_, longer) in zip(zones, places, strict=True)), default=None),
         grading=plan.grading,
-        nucleus=nucleus_shape(scene),
+        moves=moves,
     )
     return follow(disc, scene, weight, contact.pressure_at) if scene.mesh.grading == "fitted" else disc
 
@@ -81,17 +86,46 @@ def contact_zone_um(scene: Scene, force: float, radius_um: float) -> float:
     return radius * min(max(ZONE_OVER_HERTZ * half_width / radius, 0.1), 1.0)
 
 
-def _zones(scene: Scene, touch: tuple[Touch, ...], weight: float) -> tuple[Zone, ...]:
+def bends_of(scene: Scene, centre: tuple[float, ...], at: tuple[float, ...]) -> tuple[float, float]:
+    """Radii of curvature of the cell at a place of its outline [µm]: in the vertical plane through it, and across that.
+
+    Args:
+        scene: whose cell it is.
+        centre: of the cell [µm].
+        at: the place [µm].
+    """
+    wide, high = scene.semi_axes_um
+    across = [(x - middle) / wide for k, (x, middle) in enumerate(zip(at, centre, strict=True)) if k != 1]
+    length = gradient_of(high / wide, across)
+    return wide / (high / wide) * length**3, wide / (high / wide) * length
+
+
+def _in_the_mesh(
+    moves: CellShape | None, centre: tuple[float, ...], at: tuple[float, ...]
+) -> tuple[tuple[float, ...], float]:
+    """A place of the cell's outline in the mesh of circles [µm], and lengths along it here over those there [-]."""
+    if moves is None:
+        return at, 1.0
+    offset, longer = moves.on_circle([x - middle for x, middle in zip(at, centre, strict=True)])
+    return tuple(x + middle for x, middle in zip(offset, centre, strict=True)), longer
+
+
+def _zones(
+    scene: Scene, centre: tuple[float, ...], touch: tuple[Touch, ...], weight: float, moves: CellShape | None
+) -> tuple[Zone, ...]:
     """A zone for each contact of a ball, which share its weight; narrow ones get smaller elements."""
     radius, planes, zones = scene.radius_um, SYMMETRIC[scene.cell.shape], []
     images = [2 ** sum(abs(t.at[AXES.index(axis)]) > ON_PLANE * radius for axis in planes) for t in touch]
     for t in touch:
         arches = [stand.arch for stand in facing(scene)] if t.obstacle != "flat" else []
         arch = min(arches, key=lambda arch: abs(float(arch.level_set(t.at))), default=Flat(t.at[1]))
-        effective = 1 / (1 / radius + max(mean_curvature(arch, t.at, STEP * radius), 0.0))
+        bend = sum(1 / one for one in bends_of(scene, centre, t.at)) / 2
+        effective = 1 / (bend + max(mean_curvature(arch, t.at, STEP * radius), 0.0))
         zone = contact_zone_um(scene, weight / (sum(images) * max(t.normal[1], STEEP)), effective)
         size = BALL.contact * scene.mesh.size_um * min(1.0, zone / (BALL.zone * radius))
-        zones.append(Zone(t.at, scene.mesh.contact_size_um or _within_the_range(scene, size) or size, zone))
+        wanted = scene.mesh.contact_size_um or _within_the_range(scene, size) or size
+        at, longer = _in_the_mesh(moves, centre, t.at)
+        zones.append(Zone(at, wanted / longer, zone / longer))
     return tuple(zones)
 
 

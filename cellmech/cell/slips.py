@@ -9,7 +9,7 @@ from itertools import pairwise
 from pydantic import BaseModel
 
 from cellmech.cell.footing import feet
-from cellmech.cell.nucleus import outline_of_nucleus
+from cellmech.cell.outlines import nucleus_outline, points_of
 from cellmech.cell.placed import Placed
 from cellmech.mechanics.obstacles import Pillar
 from cellmech.scene.parts import LAYER_NAMES
@@ -57,9 +57,9 @@ def _height(placed: Placed) -> Iterator[tuple[str, str]]:
     tops = [
         s.arch.y_um + s.arch.height_um
         for s in standing(scene)
-        if abs(s.arch.x_um - x) < scene.radius_um + s.arch.half_width_um
+        if abs(s.arch.x_um - x) < scene.semi_axes_um[0] + s.arch.half_width_um
     ]
-    above = y + float(outline_of_nucleus(scene)[:, 1].min()) - max(tops, default=math.inf)
+    above = y + float(points_of(nucleus_outline(scene))[:, 1].min()) - max(tops, default=math.inf)
     if above > HIGH_UM:
         yield "nucleus", f"it starts {above:.3g} um above the pillar tops, which reach it only through what is between"
 

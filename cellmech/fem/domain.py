@@ -114,8 +114,8 @@ def build_domain(spec: DiscSpec | BallSpec, comm: MPI.Comm) -> Domain:
 
 
 def _mover(spec: DiscSpec | BallSpec) -> Callable[[np.ndarray], np.ndarray] | None:
-    """What moves a mesh's nodes to where they are in a cell whose nucleus is no circle, shape (n, d) [µm]."""
-    shape, centre = spec.nucleus, np.array(spec.centre)
+    """What moves a mesh's nodes to where they are in a cell that has other shapes, shape (n, d) [µm]."""
+    shape, centre = spec.moves, np.array(spec.centre)
     return None if shape is None else lambda x: centre + shape.moved(x - centre)
 
 

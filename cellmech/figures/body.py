@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import combinations, pairwise, permutations, product
 from pathlib import Path
@@ -10,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from cellmech.cell.nucleus import nucleus_shape
+from cellmech.cell.outlines import cell_outline, nucleus_outline
 from cellmech.errors import InputError
 from cellmech.figures.style import LAYER_COLOURS
-from cellmech.mesh.nucleus_shape import NucleusShape
+from cellmech.mesh.cell_shape import BodyOutline
 from cellmech.results.result import modelled, read_grid
 from cellmech.scene.placement import placement
 from cellmech.scene.scene import Scene
@@ -23,7 +24,7 @@ START, NOW, VALUE = slice(0, 3), slice(3, 6), 6  # what is known of a point: pos
 EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))  # whose middles follow the corners, in VTK's order
 FACES = ((0, 1, 2, 4, 5, 6), (0, 3, 1, 7, 8, 4), (1, 3, 2, 8, 9, 5), (0, 2, 3, 6, 9, 7))
 INSIDE = 1e-5  # of the radius: so far beside a mirror plane it is cut, where elements only touch it
-ON_A_SPHERE = 1e-6  # of the radius
+ON_OUTLINE = 1e-6  # of half of its width
 SAME = 1e-6  # of a nucleus's size: points nearer than that are one
 
 
@@ -84,7 +85,7 @@ class Body:
         centre: at the start [µm], shape (3,).
         mirrors: axes along which it is mirrored.
         pieces: into which a curved element's edge is cut, so that it looks curved.
-        nucleus: its shape, where it is no ball about the centre.
+        outlines: before the load, of the cell and its nucleus, by the outermost layer of each.
     """
 
     nodes: np.ndarray
@@ -92,7 +93,7 @@ class Body:
     centre: np.ndarray
     mirrors: str
     pieces: int = SUBDIVISIONS
-    nucleus: NucleusShape | None = None
+    outlines: Mapping[str, BodyOutline] = field(default_factory=dict)
 
     @property
     def in_space(self) -> bool:
@@ -132,25 +133,22 @@ class Body:
         points, layer = _tetrahedra(self.nodes[met], self.layer[met], self.pieces)
         return _slice(points, layer, part, index, level).whole(self.mirrors.replace(axis, ""))
 
-    def surface(self, radius_um: float, layer: str) -> Patch:
-        """What is modelled of the surface, at the start, that bounds a layer outside; seen from there.
+    def surface(self, layer: str) -> Patch:
+        """What is modelled of the surface, at the start, of the cell or its nucleus, seen from outside.
 
         Args:
-            radius_um: of the sphere that it is, unless the nucleus is none.
-            layer: its name.
+            layer: its outermost layer.
         """
+        outline = self.outlines[layer]
         mine = self.layer == list(LAYER_COLOURS).index(layer)
         faces = self.nodes[mine][:, [face[: 6 if self.nodes.shape[1] == 10 else 3] for face in FACES]]
-        gaps = np.abs(self._beyond(faces[..., :3, START] - self.centre, radius_um, layer))
-        there = faces[gaps.max(axis=-1) < ON_A_SPHERE * radius_um]  # corners only: third order's middles are near it
+        places = faces[..., :3, START] - self.centre
+        gaps = np.abs(outline.beyond(places.reshape(-1, 3))).reshape(places.shape[:-1])
+        there = faces[
+            gaps.max(axis=-1) < ON_OUTLINE * outline.semi_axes_um[0]
+        ]  # corners only: third order's middles are near it
         corners, layers = _triangles(there, np.full(len(there), list(LAYER_COLOURS).index(layer)), self.pieces)
         return Patch(_facing(corners, START, corners[:, 0, START] - self.centre), layers)
-
-    def _beyond(self, x: np.ndarray, radius_um: float, layer: str) -> np.ndarray:
-        """How far beyond that surface points lie that are x from the cell's centre [µm], shape x.shape[:-1]."""
-        if layer != "lamina" or self.nucleus is None:
-            return np.asarray(np.linalg.norm(x, axis=-1) - radius_um)
-        return self.nucleus.beyond(x.reshape(-1, 3)).reshape(x.shape[:-1])
 
 
 def rim_of(corners: np.ndarray, layer: np.ndarray, outermost: str = "lamina") -> np.ndarray:
@@ -194,8 +192,9 @@ def read_body(path: Path, scene: Scene, quantity: str | None = None, pieces: int
     nodes = np.column_stack([points, points + moved, values])[cells]
     x, _, *z = placement(scene).centre
     # the level of the centre is the file's own: a cell that falls starts above its first touch
-    centre = np.array([x, float(points[:, 1].min()) + scene.radius_um, *(z or [0.0])])
-    return Body(nodes, layer, centre, scene.mirrors, pieces, nucleus_shape(scene))
+    centre = np.array([x, float(points[:, 1].min()) + scene.semi_axes_um[1], *(z or [0.0])])
+    outlines = {"membrane": cell_outline(scene), "lamina": nucleus_outline(scene)}
+    return Body(nodes, layer, centre, scene.mirrors, pieces, outlines)
 
 
 def _scalar(grid: Any, path: Path, quantity: str) -> np.ndarray:

@@ -8,10 +8,9 @@ from typing import Any, TypeAlias
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Patch, Rectangle, Wedge
-from matplotlib.path import Path
+from matplotlib.patches import Patch, Rectangle
 
-from cellmech.cell.nucleus import outline_of_nucleus
+from cellmech.cell.outlines import cell_outline, cell_shape, nucleus_outline, points_of
 from cellmech.figures.style import FADED, LAYER_COLOURS, SMALL, SUBSTRATE, TINY
 from cellmech.figures.substrate import behind, depth_um, footprints, outline_of, section_words
 from cellmech.mechanics.obstacles import Pillar
@@ -63,49 +62,34 @@ def draw_geometry(scene: Scene) -> Figure:
 
 
 def _draw_cell(axes: Axes, scene: Scene, centre: tuple[float, float]) -> None:
-    """The layers as rings, a nucleus that is no circle by its outline; of a half cell the mirrored half paler."""
-    halves = [(-90, 90, 1.0), (90, 270, PALE)] if "x" in scene.mirrors else [(0, 360, 1.0)]
-    shaped = scene.nucleus is not None
-    for name in LAYER_NAMES[: 2 if shaped else None]:
-        outer, inner = scene.outer_radius_um(name), scene.inner_radius_um(name)
-        if shaped and name == "cytosol":
-            inner = 0.0
-        for start, end, opacity in halves:
-            colour = (LAYER_COLOURS[name], opacity)
-            axes.add_patch(
-                Wedge(centre, outer, start, end, width=outer - inner, fc=_mixed(*colour), ec="none", lw=0, zorder=2)
-            )
-    if shaped:
-        _draw_nucleus(axes, scene, centre)
+    """The layers, each over the one outside it; of a half cell the mirrored half paler."""
+    halves = [((-90.0, 90.0), 1.0), ((90.0, 270.0), PALE)] if "x" in scene.mirrors else [((0.0, 360.0), 1.0)]
+    for name in LAYER_NAMES:
+        for angles, opacity in halves:
+            part = centre + _layer(scene, name, angles)
+            axes.fill(*part.T, fc=_mixed(LAYER_COLOURS[name], opacity), ec="none", lw=0, zorder=2)
 
 
-def _draw_nucleus(axes: Axes, scene: Scene, centre: tuple[float, float]) -> None:
-    outline = centre + outline_of_nucleus(scene)
-    shell = scene.nucleus_radius_um - scene.outer_radius_um("nucleoplasm")
-    middle = outline.mean(axis=0)
-    inside = middle + (outline - middle) * (1 - shell / np.linalg.norm(outline - middle, axis=1))[:, None]
-    right = "x" in scene.mirrors
-    for points, name in ((outline, "lamina"), (inside, "nucleoplasm")):
-        axes.fill(*points.T, fc=_mixed(LAYER_COLOURS[name], PALE if right else 1.0), ec="none", lw=0, zorder=2.1)
-        if right:
-            half = points[points[:, 0] >= centre[0] - 1e-9]
-            half = half[np.argsort(np.arctan2(*(half - middle).T[::-1]))]
-            axes.fill(*half.T, fc=_mixed(LAYER_COLOURS[name], 1.0), ec="none", lw=0, zorder=2.1)
+def _layer(scene: Scene, name: LayerName, angles_deg: tuple[float, float], axes: str = "xy") -> np.ndarray:
+    """Outside of a layer between two angles, and its middle beside a quarter, from the cell's centre [µm]."""
+    outline = cell_outline(scene) if name in LAYER_NAMES[:2] else nucleus_outline(scene)
+    shell = scene.radius_um if name in LAYER_NAMES[:2] else scene.nucleus_radius_um
+    middle = np.array([outline.offset["xyz".index(axis)] for axis in axes])
+    way = points_of(outline, angles_deg, axes) - middle
+    found = middle + way * (1 - (shell - scene.outer_radius_um(name)) / np.linalg.norm(way, axis=1))[:, None]
+    return np.vstack([found, middle]) if np.ptp(angles_deg) < 180 else found
 
 
 def _draw_from_above(axes: Axes, scene: Scene, sides: tuple[float, float]) -> None:
     """Cell, nucleus and the feet of the pillars, x to the right and z downwards; what is mirrored is paler."""
     x, _, z = placement(scene).centre
     half = (sides[1] - sides[0]) / 2
-    solid = {"": (0, 360), "x": (-90, 90), "xz": (0, 90)}[scene.mirrors]
-    shaped = Path(np.array([x, z]) + outline_of_nucleus(scene, axes="xz")) if scene.nucleus is not None else None
-    for name, radius, shape in (("membrane", scene.radius_um, None), ("lamina", scene.nucleus_radius_um, shaped)):
-        radius = radius if shape is None else scene.radius_um
-        for (start, end), opacity in (((0, 360), PALE), (solid, 1.0)):
-            part = Wedge((x, z), radius, start, end, fc=_mixed(LAYER_COLOURS[name], opacity), ec="none", lw=0)
-            axes.add_patch(part)
-            if shape is not None:
-                part.set_clip_path(shape, axes.transData)
+    solid = {"": (0.0, 360.0), "x": (-90.0, 90.0), "xz": (0.0, 90.0)}[scene.mirrors]
+    names: tuple[LayerName, ...] = ("membrane", "lamina")
+    for name in names:
+        for angles, opacity in (((0.0, 360.0), PALE), (solid, 1.0)):
+            part = np.array([x, z]) + _layer(scene, name, angles, "xz")
+            axes.fill(*part.T, fc=_mixed(LAYER_COLOURS[name], opacity), ec="none", lw=0)
     for foot in footprints(scene, (x - half, x + half, z - half, z + half)):
         axes.fill(*foot.T, fc="none", ec="#4d4d4d", lw=1.2)
     axes.set(xlim=(x - half, x + half), ylim=(z + half, z - half), xlabel="x [µm]", ylabel="z [µm]", aspect="equal")
@@ -120,13 +104,13 @@ def _mixed(colour: str, opacity: float) -> tuple[float, ...]:
 
 def _view(scene: Scene, centre: tuple[float, float]) -> View:
     """x and y limits [µm]: the cell, and the substrate beside and below it."""
-    r = scene.radius_um
+    (wide, high), r = scene.semi_axes_um, scene.radius_um
     arches = [stand.arch for stand in standing(scene)]
-    bottoms = [scene.flat.y_um] if scene.flat is not None else [arch.y_um for arch in arches] or [centre[1] - r]
+    bottoms = [scene.flat.y_um] if scene.flat is not None else [arch.y_um for arch in arches] or [centre[1] - high]
     sides = [abs(arch.x_um - centre[0]) + arch.half_width_um for arch in arches]
-    half = min(max([1.35 * r, *(side + 0.35 * r for side in sides)]), 4 * r)
+    half = min(max([1.35 * wide, *(side + 0.35 * r for side in sides)]), 4 * r)
     low = max(min(bottoms), centre[1] - 6 * r) - 0.25 * r
-    return centre[0] - half, centre[0] + half, low, centre[1] + 1.12 * r
+    return centre[0] - half, centre[0] + half, low, centre[1] + 1.12 * high
 
 
 def _draw_substrate(axes: Axes, scene: Scene, view: View) -> None:
@@ -158,17 +142,22 @@ def _number(value: float) -> str:
 
 
 def _radii(axes: Axes, scene: Scene, centre: tuple[float, float]) -> None:
-    """r_c and r_n from the centre, and the centre's place."""
+    """r_c, of a flattened cell half its width and height, and r_n from the centre, and the centre's place."""
     axes.plot(*centre, "o", ms=4, color="black", zorder=6)
     text = f"centre ({_number(centre[0])}, {_number(round(centre[1], 3))}) µm"
     _say(axes, text, centre, (-6, -9), ha="right", va="top", fontsize=SMALL, bbox=LABEL)
     # the label of r_c stands in the cytosol, that of r_n outside the nucleus: neither covers a thin layer
-    radii = [("r_c", scene.radius_um, 62, 0.62), ("r_n", scene.nucleus_radius_um, -38, 1.0)]
-    for symbol, radius, angle, share in radii[: 2 if scene.nucleus is None else 1]:
+    beside, wide, high = (7, -4), *(float(f"{half:.4g}") for half in scene.semi_axes_um)
+    radii = [("r_c", scene.radius_um, 62, 0.62, beside)]
+    if scene.cell.aspect != 1.0:
+        radii = [("a_c", wide, 180, 0.95, (0, 9)), ("b_c", high, 90, 0.72, beside)]
+    if scene.nucleus is None:
+        radii.append(("r_n", scene.nucleus_radius_um, -38, 1.0, beside))
+    for symbol, radius, angle, share, offset in radii:
         dx, dy = radius * math.cos(math.radians(angle)), radius * math.sin(math.radians(angle))
         _arrow(axes, centre, (centre[0] + dx, centre[1] + dy), arrowstyle="-|>")
         at = (centre[0] + share * dx, centre[1] + share * dy)
-        _say(axes, f"${symbol}$ = {_length(radius)}", at, (7, -4), va="center")
+        _say(axes, f"${symbol}$ = {_length(radius)}", at, offset, va="center")
 
 
 def _substrate_sizes(axes: Axes, scene: Scene, view: View) -> None:
@@ -230,7 +219,8 @@ def _say(axes: Axes, text: str, at: tuple[float, float], offset: tuple[float, fl
 def _zoom(main: Axes, scene: Scene, centre: tuple[float, float], name: LayerName, symbol: str, bottom: float) -> None:
     """A magnified look at a thin layer where it crosses the height of the centre, with its thickness."""
     figure, box = main.figure, (0.665, bottom, 0.31, 0.235)
-    outer, inner = scene.outer_radius_um(name), scene.inner_radius_um(name)
+    wider = scene.semi_axes_um[0] - scene.radius_um if name in LAYER_NAMES[:2] else 0.0
+    outer, inner = scene.outer_radius_um(name) + wider, scene.inner_radius_um(name) + wider
     thickness, middle = outer - inner, centre[0] + (outer + inner) / 2
     width = 4.0 * thickness
     height = width * box[3] / box[2] * figure.get_figheight() / figure.get_figwidth()
@@ -266,7 +256,8 @@ def _legend(figure: Figure, scene: Scene) -> None:
     for name in reversed(LAYER_NAMES):
         layer = scene.layer_of(name)
         text = f"{name}:  E = {layer.young_Pa:,g} Pa,  fluid fraction {layer.fluid_fraction:g}"
-        if scene.cell.geometry == "3d" and scene.inner_radius_um(name):  # else a zoom shows it
+        shell = scene.inner_radius_um(name) > 0.0 and (name != "cytosol" or cell_shape(scene) is None)
+        if scene.cell.geometry == "3d" and shell:  # else a zoom shows it
             text += f",  {_length(round(scene.outer_radius_um(name) - scene.inner_radius_um(name), 9))} thick"
         handles.append(Patch(fc=LAYER_COLOURS[name], ec="none", label=text))
     handles.append(Patch(fc=SUBSTRATE, ec="#6d6d6d", label="substrate: micropillar and flat (rigid)"))

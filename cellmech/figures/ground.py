@@ -50,7 +50,9 @@ class Ground:
         """Whether a pillar stands below the cell, or whole within the rim."""
         w, z = arch.half_width_um, getattr(arch, "z_um", self.middle[2])
         away = np.abs([arch.x_um - self.middle[0], z - self.middle[2]])
-        return bool(np.hypot(*np.maximum(away - w, 0.0)) < self.scene.radius_um or np.hypot(*(away + w)) < self.rim)
+        return bool(
+            np.hypot(*np.maximum(away - w, 0.0)) < self.scene.semi_axes_um[0] or np.hypot(*(away + w)) < self.rim
+        )
 
     def _pillar(self, arch: Upright, floor: float) -> Any:
         """The surface of a pillar above a level, cut off at the rim."""

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from cellmech.cell.outlines import nucleus_outline, points_of
 from cellmech.results.result import Result
 from cellmech.scene.placement import placement
 from cellmech.scene.substrate import standing
@@ -45,7 +46,8 @@ def start_um(case: Result) -> float:
     """The lamina's distance from the pillar below it before the load acts [µm]; NaN without one."""
     x, y, *z = placement(case.scene).centre
     tops = [top for stand in standing(case.scene) if (top := stand.arch.top(x, *z)) is not None]
-    return y - case.scene.nucleus_radius_um - max(tops) if tops else math.nan
+    lowest = float(points_of(nucleus_outline(case.scene))[:, 1].min())
+    return y + lowest - max(tops) if tops else math.nan
 
 
 def _shown(value: float, form: str) -> str:

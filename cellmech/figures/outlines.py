@@ -10,7 +10,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from cellmech.cell.nucleus import outline_of_nucleus
+from cellmech.cell.outlines import cell_outline, nucleus_outline, points_of
 from cellmech.figures.body import SUBDIVISIONS, rim_of
 from cellmech.figures.results import StudyResult
 from cellmech.figures.shapes import FEW_PIECES, LARGE, case_name, read_pose, scale_bar, shared_words
@@ -42,7 +42,7 @@ def draw_outlines(study: StudyResult) -> Figure:
     r = first.case.scene.radius_um
     substrates = {repr((case.scene.pillar, case.scene.array, case.scene.flat)) for case in cases.values()}
     starts_of = {
-        (*pose.centre, pose.case.scene.radius_um, pose.case.scene.nucleus_radius_um, repr(pose.case.scene.nucleus))
+        (*pose.centre, repr(cell_outline(pose.case.scene)), repr(nucleus_outline(pose.case.scene)))
         for pose in poses.values()
     }
     below = 0.4 if len(substrates) == 1 else 0.15
@@ -67,8 +67,6 @@ def draw_outlines(study: StudyResult) -> Figure:
     if len(substrates) == 1:
         for ground in polygons(first.case.scene, view):
             axes.add_collection(PolyCollection(list(ground), facecolor=SUBSTRATE, edgecolor=SUBSTRATE, lw=0.8))
-    angle = np.linspace(0, 2 * np.pi, 361)
-    circle = np.column_stack([np.cos(angle), np.sin(angle)])
     for name, pose in poses.items():
         corners, layer = pose.shape.moved(pose.pivot), pose.shape.layer
         for outermost, width in (("membrane", CELL_LINE), ("lamina", NUCLEUS_LINE)):
@@ -76,8 +74,8 @@ def draw_outlines(study: StudyResult) -> Figure:
             line = LineCollection(edges, color=looks[name].colour, lw=width, zorder=3, gid=f"{outermost}:{name}")
             axes.add_collection(line)
     if len(starts_of) == 1:
-        for line in (first.case.scene.radius_um * circle, outline_of_nucleus(first.case.scene)):
-            axes.plot(*(first.centre + line).T, **UNDEFORMED)
+        for outline in (cell_outline(first.case.scene), nucleus_outline(first.case.scene)):
+            axes.plot(*(first.centre + points_of(outline)).T, **UNDEFORMED)
     axes.set(xlim=view[:2], ylim=view[2:], aspect="equal")
     scale_bar(axes, view, 1, wide)
     handles = [Line2D([], [], color=looks[name].colour, lw=NUCLEUS_LINE, label=names[name]) for name in cases]

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch as Swatch
 
-from cellmech.cell.nucleus import outline_of_nucleus
+from cellmech.cell.outlines import cell_outline, nucleus_outline, points_of
 from cellmech.figures.body import SUBDIVISIONS, Body, Patch, read_body
 from cellmech.figures.render import Colour, View, picture, probe
 from cellmech.figures.shapes import FEW_PIECES, colour_bar, scale_bar
@@ -110,9 +110,8 @@ def _draw_section(axes: Axes, section: Patch, body: Body, scene: Scene, paint: P
     parts: list[tuple[np.ndarray, Colour]] = [(of, FADED) for of in behind(scene)]
     parts += [(of, SUBSTRATE) for of in polygons(scene, view)]
     _show(axes, [*parts, (corners, paint(section))], view)
-    circle = _circle()
-    for line in (scene.radius_um * circle, outline_of_nucleus(scene)):
-        axes.plot(*(body.centre[:2] + line).T, **UNDEFORMED)
+    for outline in (cell_outline(scene), nucleus_outline(scene)):
+        axes.plot(*(body.centre[:2] + points_of(outline)).T, **UNDEFORMED)
     if paint.norm is not None:
         draw_rim(axes, section)
     if body.in_space:
@@ -163,10 +162,9 @@ def _draw_horizontal(axes: Axes, body: Body, scene: Scene, paint: Paint) -> None
 
 def _shadows(body: Body, scene: Scene) -> list[tuple[np.ndarray, Colour]]:
     """Of cell and nucleus, seen from above with z downwards."""
-    spheres = ((scene.radius_um, "membrane", PALE), (scene.nucleus_radius_um, "lamina", LAYER_COLOURS["lamina"]))
     shadows: list[tuple[np.ndarray, Colour]] = []
-    for radius, layer, colour in spheres:
-        patch = body.surface(radius, layer).whole(body.mirrors)
+    for layer, colour in (("membrane", PALE), ("lamina", LAYER_COLOURS["lamina"])):
+        patch = body.surface(layer).whole(body.mirrors)
         shadows.append((patch.now[..., [0, 2]] * [1.0, -1.0], colour))
     return shadows
 
@@ -174,11 +172,6 @@ def _shadows(body: Body, scene: Scene) -> list[tuple[np.ndarray, Colour]]:
 def _draw_feet(axes: Axes, scene: Scene, view: View) -> None:
     for foot in footprints(scene, view):
         axes.fill(*(foot * [1.0, -1.0]).T, fc="none", **FOOT)
-
-
-def _circle() -> np.ndarray:
-    angle = np.linspace(0, 2 * np.pi, 361)
-    return np.column_stack([np.cos(angle), np.sin(angle)])
 
 
 def _view(points: np.ndarray, radius_um: float, below: float) -> View:

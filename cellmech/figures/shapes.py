@@ -15,7 +15,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from cellmech.cell.nucleus import outline_of_nucleus
+from cellmech.cell.outlines import cell_outline, nucleus_outline, points_of
 from cellmech.figures.body import SUBDIVISIONS, rim_of
 from cellmech.figures.parameters import parameter
 from cellmech.figures.render import Colour, Shape, View, picture, read_shape
@@ -69,7 +69,7 @@ def read_pose(case: Result, quantity: str | None = None, pieces: int = SUBDIVISI
     shape = read_shape(path, case.scene, quantity, pieces)
     corners, moves = shape.reference.reshape(-1, 2), shape.displacement.reshape(-1, 2)
     lowest = int(np.argmin(corners[:, 1]))
-    centre = np.array([placement(case.scene).centre[0], corners[lowest, 1] + case.scene.radius_um])
+    centre = np.array([placement(case.scene).centre[0], corners[lowest, 1] + case.scene.semi_axes_um[1]])
     return Pose(case, t_s, shape, centre, moves[lowest])
 
 
@@ -229,10 +229,8 @@ def _draw_panel(axes: Axes, pose: Pose, sheet: Sheet, factor: int, paint: Paint,
     axes.imshow(image, extent=view, interpolation="antialiased", aspect="equal")
     if paint.norm is not None:
         axes.add_collection(LineCollection(list(rim_of(corners, pose.shape.layer)), color="black", lw=0.8))
-    angle = np.linspace(0, 2 * np.pi, 361)
-    circle = np.column_stack([np.cos(angle), np.sin(angle)])
-    for line in (scene.radius_um * circle, outline_of_nucleus(scene)):
-        axes.plot(*(pose.centre + (0.0 if true else pose.pivot) + line).T, **UNDEFORMED)
+    for outline in (cell_outline(scene), nucleus_outline(scene)):
+        axes.plot(*(pose.centre + (0.0 if true else pose.pivot) + points_of(outline)).T, **UNDEFORMED)
     axes.set(xlim=view[:2], ylim=view[2:])
     scale_bar(axes, view, factor, sheet.wide)
 

@@ -76,11 +76,11 @@ class Stage:
 
     def __init__(self, body: Body, scene: Scene, paint: Paint) -> None:
         self.middle = body.middle
-        outside = body.surface(scene.radius_um, "membrane").whole(body.mirrors)
-        nucleus = body.surface(scene.nucleus_radius_um, "lamina").whole(body.mirrors)
+        outside = body.surface("membrane").whole(body.mirrors)
+        nucleus = body.surface("lamina").whole(body.mirrors)
         bottom = float(outside.now[..., 1].min())
         away = from_axis(outside.now, self.middle)
-        self.rim = max(AROUND * scene.radius_um, 1.1 * float(away.max()))
+        self.rim = max(AROUND * scene.semi_axes_um[0], 1.1 * float(away.max()))
         self.cell = [self._opened(_surface(outside, paint))]
         self.cell += [self._face(_without_nucleus(body.section(axis)), axis, paint) for axis in "xz"]
         self.nucleus = _surface(nucleus, paint)

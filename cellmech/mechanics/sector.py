@@ -26,6 +26,7 @@ class Sector:
         fade_um: half-width of the fade along the radius [µm].
         around_um: of the fade at the angles, along the arc [µm].
         names: groups of cells that hold it; None for all.
+        aspect: height over width of the ellipses about the centre, all alike, along which its fibres lie [-].
     """
 
     centre: tuple[float, ...]
@@ -34,12 +35,21 @@ class Sector:
     fade_um: float = 0.1
     around_um: float = 0.1
     names: tuple[str, ...] | None = None
+    aspect: float = 1.0
 
     def radial(self, X: Any) -> tuple[Any, Any]:
         """Distance from the centre [µm] and the unit vector from there, shape of X."""
         from_centre = ufl.as_vector([X[k] - c for k, c in enumerate(self.centre)])
         r = ufl.sqrt(ufl.dot(from_centre, from_centre) + AT_CENTRE_UM**2)
         return r, from_centre / r
+
+    def normal(self, X: Any) -> Any:
+        """The unit normal of the circle or ellipse through X, shape of X."""
+        if self.aspect == 1.0:
+            return self.radial(X)[1]
+        gradient = [(X[k] - c) / (self.aspect**2 if k == 1 else 1.0) for k, c in enumerate(self.centre)]
+        n = ufl.as_vector(gradient)
+        return n / ufl.sqrt(ufl.dot(n, n) + AT_CENTRE_UM**2)
 
     def inside(self, X: Any) -> Any:
         """1 inside, 0 outside, and C2 between."""
@@ -64,7 +74,7 @@ class Sector:
 
     def structure(self, X: Any, direction: str, kinematics: Kinematics) -> Any:
         """The structural tensor, a0 x a0 or the tangent projector [-], shape (3, 3)."""
-        radial = kinematics.vector(self.radial(X)[1])
+        radial = kinematics.vector(self.normal(X))
         up = ufl.as_vector([0.0, 1.0, 0.0])
         if direction == "tangential":
             return ufl.Identity(3) - ufl.outer(radial, radial)

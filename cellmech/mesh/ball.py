@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from cellmech.mesh.cell_shape import CellShape
 from cellmech.mesh.disc import TABLE_1, Grading, check, layer_rules, mesh_rules
-from cellmech.mesh.nucleus_shape import NucleusShape
 from cellmech.mesh.sizes import Zone
 
 SYMMETRIC = {"quarter": ("x", "z"), "half": ("x",), "full": ()}  # planes that bound a shape
@@ -36,7 +36,7 @@ class BallSpec:
         thin_layers: least number of elements across a thin layer.
         zones: where contact begins; None for the bottom, () for nowhere.
         grading: how the size varies.
-        nucleus: where the nucleus is no circle or ball about the centre.
+        moves: what moves the mesh, where cell or nucleus is no circle or ball about the centre.
 
     Raises:
         InputError: a value breaks its rule.
@@ -52,7 +52,7 @@ class BallSpec:
     thin_layers: int = 1
     zones: tuple[Zone, ...] | None = None
     grading: Grading = BALL
-    nucleus: NucleusShape | None = None
+    moves: CellShape | None = None
 
     def __post_init__(self) -> None:
         lengths = {"size_um": self.size_um, "outline_size_um": self.outline_size_um}

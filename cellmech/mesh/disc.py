@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from cellmech.errors import InputError
-from cellmech.mesh.nucleus_shape import NucleusShape
+from cellmech.mesh.cell_shape import CellShape
 
 Rule = tuple[str, str, object, bool]  # key, rule, value got, whether it holds
 
@@ -105,7 +105,7 @@ class DiscSpec:
         contact_zone_um: how far the refined rim reaches from each of them; None for the grading's.
         footprints: contacts too narrow for the zones; the mesh follows each at any width.
         grading: how the size varies.
-        nucleus: where the nucleus is no circle or ball about the centre.
+        moves: what moves the mesh, where cell or nucleus is no circle or ball about the centre.
 
     Raises:
         InputError: a value breaks its rule.
@@ -124,7 +124,7 @@ class DiscSpec:
     contact_zone_um: float | None = None
     footprints: tuple[Footprint, ...] = ()
     grading: Grading = Grading()
-    nucleus: NucleusShape | None = None
+    moves: CellShape | None = None
 
     def __post_init__(self) -> None:
         lengths = ("size_um", "contact_size_um", "outline_size_um", "contact_zone_um")

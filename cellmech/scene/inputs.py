@@ -45,6 +45,12 @@ def _flat(value: object) -> object:
     return None if value is False else value
 
 
+def semi_axes(radius: float, aspect: float, solid: bool) -> tuple[float, float]:
+    """Across and along y, of an ellipse of a circle's area, or an ellipsoid round about y of a ball's volume [µm]."""
+    wide = radius * aspect ** (-1 / 3 if solid else -1 / 2)
+    return wide, aspect * wide
+
+
 class Inputs(Table):
     """The tables of a scene file, Table 1's values where nothing is written."""
 
@@ -148,8 +154,13 @@ class Inputs(Table):
 
     @property
     def radius_um(self) -> float:
-        """Radius of the cell [µm]."""
+        """Radius of the cell [µm]; of the circle or ball as large as it is."""
         return self.layer.membrane.outer_radius_um
+
+    @property
+    def semi_axes_um(self) -> tuple[float, float]:
+        """Of the cell, across and along y [µm]: an ellipse as large as the circle, a spheroid as large as the ball."""
+        return semi_axes(self.radius_um, self.cell.aspect, self.cell.geometry != "plane")
 
     @property
     def nucleus_radius_um(self) -> float:

@@ -22,6 +22,8 @@ def of_nucleus(scene: Inputs) -> Iterator[Breach]:
     """Places and shapes that the geometry has no room for, and that its planes of symmetry do not halve."""
     nucleus, cell = scene.nucleus, scene.cell
     if nucleus is None:
+        if cell.aspect != 1.0:
+            yield from _room(scene)
         return
     if nucleus.centre_um and len(nucleus.centre_um) != (3 if cell.geometry == "3d" else 2):
         yield Breach("nucleus.centre_um", f"must be {NAMES[cell.geometry]} (µm)", list(nucleus.centre_um))
@@ -39,10 +41,28 @@ def of_nucleus(scene: Inputs) -> Iterator[Breach]:
         yield Breach("nucleus", 'belongs to cell.layers = "conforming": fades are circles', "[nucleus]", hint)
     if nucleus.outline_um is not None:
         yield from _outline(scene, nucleus, nucleus.outline_um)
-    free = scene.outer_radius_um("cytosol") - ROOM * scene.radius_um
-    if (farthest := _farthest_um(scene)) > free:
-        rule = f"must leave the nucleus within {told(free)} µm of the cell's centre, inside the cytosol"
+    yield from _room(scene)
+
+
+def _room(scene: Inputs) -> Iterator[Breach]:
+    """A nucleus that comes too near to the membrane, or beyond, as seen from the cell's centre."""
+    places = [(math.hypot(x, y, z), x, y, z) for x, y, z in _places(scene)]
+    farthest, free = max(
+        ((r, _free_um(scene, y / r if r else 1.0)) for r, _, y, _ in places), key=lambda one: one[0] - one[1]
+    )
+    if farthest > free:
+        rule = f"must leave the nucleus within {told(float(f'{free:.6g}'))} µm of the cell's centre, inside the cytosol"
+        if scene.cell.aspect != 1.0:
+            rule += ", which is so far from there where the nucleus is nearest to it"
         yield Breach("nucleus", rule, f"{farthest:.4g} µm", f"nucleus.radius_um is {told(scene.nucleus_radius_um)} µm.")
+
+
+def _free_um(scene: Inputs, sine: float) -> float:
+    """How far from the cell's centre the nucleus may reach, along a way whose elevation has this sine [µm]."""
+    membrane, (wide, high) = scene.radius_um - scene.outer_radius_um("cytosol"), scene.semi_axes_um
+    if scene.cell.aspect == 1.0:
+        return scene.outer_radius_um("cytosol") - ROOM * scene.radius_um
+    return 1 / math.sqrt((1 - sine**2) / wide**2 + sine**2 / high**2) - membrane - ROOM * scene.radius_um
 
 
 def _outline(scene: Inputs, nucleus: Nucleus, points: Points) -> Iterator[Breach]:
@@ -57,22 +77,20 @@ def _outline(scene: Inputs, nucleus: Nucleus, points: Points) -> Iterator[Breach
         yield Breach(key, rule, f"{len(points)} points")
 
 
-def _farthest_um(scene: Inputs) -> float:
-    """Largest distance of the nucleus's outline from the cell's centre [µm].
+def _places(scene: Inputs) -> Iterator[tuple[float, float, float]]:
+    """Places of the nucleus's outline from the cell's centre, the farthest among them: x, y and, in space, z [µm].
 
     The mean of an outline and its mirror images is nowhere farther than the farthest of them. In space a section of the
     nucleus at the height sin(a) of half of its own is its horizontal outline times cos(a).
     """
-    nucleus, (x, y, *z) = scene.nucleus, scene.nucleus_offset_um
-    assert nucleus is not None
-    wide, high = nucleus_semi_axes(scene)
+    points = scene.nucleus.outline_um if scene.nucleus is not None else None
+    (x, y, *z), (wide, high) = scene.nucleus_offset_um, nucleus_semi_axes(scene)
     angles = [2 * math.pi * k / AROUND for k in range(AROUND)]
-    if nucleus.outline_um is None:
+    if points is None:  # round about y: farthest in the plane through its own axis and the cell's
         aside = math.hypot(x, *z)
-        return max(math.hypot(aside + wide * math.cos(a), y + high * math.sin(a)) for a in angles)
-    if not z:
-        return max(math.hypot(x + along, y + up) for along, up in nucleus.outline_um)
-    heights = [(math.cos(a), y + high * math.sin(a)) for a in angles[::4] if math.cos(a) >= 0.0]
-    return max(
-        math.hypot(x + c * along, up, z[0] + c * away) for along, away in nucleus.outline_um for c, up in heights
-    )
+        yield from ((aside + wide * math.cos(a), y + high * math.sin(a), 0.0) for a in angles)
+    elif not z:
+        yield from ((x + along, y + up, 0.0) for along, up in points)
+    else:
+        heights = [(math.cos(a), y + high * math.sin(a)) for a in angles[::4] if math.cos(a) >= 0.0]
+        yield from ((x + c * along, up, z[0] + c * away) for along, away in points for c, up in heights)

@@ -17,7 +17,7 @@ from cellmech.mechanics.pillars import RoundPillar
 from cellmech.scene.inputs import Inputs
 from cellmech.scene.parts import Flat
 from cellmech.scene.substrate import Standing, Upright, standing
-from cellmech.scene.touch import meet
+from cellmech.scene.touch import gradient_of, meet
 
 Obstacle = int | str  # a pillar by its index, one of the array by its name, "flat"
 Place = tuple[float, ...]  # across the vertical [µm]: x, in 3-D x and z
@@ -28,7 +28,7 @@ FARTHEST_SLIDE = 0.5  # share of the radius that a cell may slide to where it re
 FIRST_STEP, LAST_STEP = 0.05, 1e-11  # of a way down in space, shares of the radius
 ACTIVE = 0.5  # share of a step that the level of an obstacle may lie lower for it to be in the way
 STEEP = 1e-5  # sine of a slope on which a cell slides; on less it is held, with that share of its weight
-LOOKS = 200  # at the substrate along a radius: each obstacle's level is as smooth there as the cell is round
+LOOKS = 200  # at the substrate along a radius: each obstacle's level is as smooth there as the cell
 
 
 class Touch(NamedTuple):
@@ -63,11 +63,11 @@ def placement(scene: Inputs) -> Placement:
     The touch points lie on the substrate. Of symmetric ones only those in the modelled part of the cell are given. With
     nothing below the cell's width, its lowest point starts at y = gap_um and `touch` is empty.
     """
-    place, gap, radius = scene.centre_um, scene.cell.gap_um, scene.radius_um
+    place, gap, high = scene.centre_um, scene.cell.gap_um, scene.semi_axes_um[1]
     first = _first(scene, place)
     if not first:
-        return Placement(_above(place, gap + radius), ())
-    slide = _slide(scene, FARTHEST_SLIDE * radius) or (0.0,) * len(place)
+        return Placement(_above(place, gap + high), ())
+    slide = _slide(scene, FARTHEST_SLIDE * scene.radius_um) or (0.0,) * len(place)
     if any(slide):
         place = tuple(at + way for at, way in zip(place, slide, strict=True))
         first = _first(scene, place)
@@ -203,18 +203,18 @@ def overlaps(scene: Inputs, start: Placement) -> tuple[Overlap, ...]:
 
 
 def _touches(scene: Inputs, place: Place) -> tuple[tuple[float, Touch], ...]:
-    return _touches_of(scene.radius_um, place, scene.mirrors, standing(scene), scene.flat)
+    return _touches_of(scene.semi_axes_um, place, scene.mirrors, standing(scene), scene.flat)
 
 
 @lru_cache(maxsize=256)  # the cases of a sweep mostly share one geometry
 def _touches_of(
-    radius: float, place: Place, mirrors: str, stands: tuple[Standing, ...], flat: Flat | None
+    semi_axes: tuple[float, float], place: Place, mirrors: str, stands: tuple[Standing, ...], flat: Flat | None
 ) -> tuple[tuple[float, Touch], ...]:
     """(level of the centre at touch [µm], touch) for every obstacle below the cell's width."""
-    found = []
-    cell: Upright = Pillar(place[0], 0.0, radius, radius, 2.0)
+    found, (wide, high) = [], semi_axes
+    cell: Upright = Pillar(place[0], 0.0, wide, high, 2.0)
     if len(place) == 2:
-        cell = RoundPillar(place[0], 0.0, place[1], radius, radius, 2.0)
+        cell = RoundPillar(place[0], 0.0, place[1], wide, high, 2.0)
     for stand in stands:
         arch = stand.arch
         met = meet(cell, arch)
@@ -223,11 +223,13 @@ def _touches_of(
         *at, distance = met
         z = at[-1]
         # both surfaces share the normal; the cell's is the well-conditioned one at a sharp corner
-        across = [(middle - x) / radius for middle, x in zip(place, at, strict=True)]
-        normal = (across[0], cell.across(z).rise(at[0]) / radius, *across[1:])
+        across = [(middle - x) / wide for middle, x in zip(place, at, strict=True)]
+        length = gradient_of(high / wide, across)
+        ways = [high / wide * part / length for part in across]
+        normal = (ways[0], cell.across(z).rise(at[0]) / high / length, *ways[1:])
         point = (at[0], arch.y_um + arch.across(z).rise(at[0]), *at[1:])
         found.append((arch.y_um + distance, Touch(point, stand.pillar, normal)))
     if flat is not None:
         upward = (0.0, 1.0, 0.0)[: len(place) + 1]
-        found.append((flat.y_um + radius, Touch(_above(place, flat.y_um), "flat", upward)))
+        found.append((flat.y_um + high, Touch(_above(place, flat.y_um), "flat", upward)))
     return tuple(found)

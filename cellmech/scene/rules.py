@@ -83,6 +83,9 @@ def _smearing(scene: Inputs) -> Iterator[Breach]:
         if cell.fade != "centred":
             yield Breach("cell.fade", 'belongs to cell.layers = "smeared" only', cell.fade)
         return
+    if cell.aspect != 1.0:
+        hint = 'Set cell.layers = "conforming".'
+        yield Breach("cell.aspect", "must be 1 where cell.layers is smeared: fades are circles", cell.aspect, hint)
     if cell.smear_um is None:
         hint = "Set cell.smear_um, the half-width in µm over which a layer fades into the next."
         yield Breach("cell.smear_um", "must be set, > 0 µm, when cell.layers is smeared", None, hint)
@@ -121,7 +124,8 @@ def _start(scene: Inputs) -> Iterator[Breach]:
     if cell.gap_um < 0.0:
         yield Breach("cell.gap_um", "must be >= 0 µm", cell.gap_um, "The gap is the vertical travel to first touch.")
     if not start.touch and scene.has_weight and not (cell.inertia or scene.medium.viscosity_Pa_s > 0):
-        ends = [(told(at - scene.radius_um), told(at + scene.radius_um)) for at in scene.centre_um]
+        half = scene.semi_axes_um[0]
+        ends = [(told(at - half), told(at + half)) for at in scene.centre_um]
         where = " and ".join(f"{axis} = {low} and {high} µm" for axis, (low, high) in zip("xz", ends, strict=False))
         rule = f"must have a pillar or the flat below the cell, between {where}"
         hint = "Without one the cell falls for ever: add an obstacle, set cell.inertia = true, or load.factor = 0."

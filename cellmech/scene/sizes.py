@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from cellmech.scene.breach import Breach
-from cellmech.scene.inputs import Inputs
+from cellmech.scene.inputs import Inputs, semi_axes
 from cellmech.scene.limits import below, told
 from cellmech.scene.outline_points import area_um2
 from cellmech.scene.parts import LAYER_NAMES, Nucleus
@@ -90,12 +90,6 @@ def _in_metres(scene: Inputs) -> Iterator[Breach]:
 def _as_metres(value: float) -> str:
     micrometres = float(f"{1e6 * value:.6g}")
     return f"In metres it would be {micrometres:g} µm: write {micrometres!r}."
-
-
-def semi_axes(radius: float, aspect: float, solid: bool) -> tuple[float, float]:
-    """Across and along y, of an ellipse of a circle's area, or an ellipsoid round about y of a ball's volume [µm]."""
-    wide = radius * aspect ** (-1 / 3 if solid else -1 / 2)
-    return wide, aspect * wide
 
 
 def nucleus_semi_axes(scene: Inputs) -> tuple[float, float]:

@@ -16,7 +16,8 @@ from cellmech.scene.parts import Array, Pillar
 Upright: TypeAlias = obstacles.Pillar | RoundPillar | SquarePillar
 Shape: TypeAlias = Literal["quarter", "half", "full"]
 
-# Radii within which an array's pillars might be touched: a ball flattened to half its height is sqrt(2) times as wide.
+# Half widths of the cell within which an array's pillars might be touched: a ball pressed to half its height becomes
+# sqrt(2) times as wide.
 FILLED = 1.5
 MOST_PILLARS = 1000  # of an array: 30 along a side, a pitch of 0.9 µm below Table 1's cell
 SLACK = 1e-9  # of a reach, so that rounding takes no pillar away on one side only
@@ -54,12 +55,12 @@ def standing(scene: Inputs, shape: Shape | None = None) -> tuple[Standing, ...]:
         shape: what is to be modelled of the cell, if not what the scene says.
     """
     mirrors = scene.mirrors if shape is None else {"full": "", "half": "x", "quarter": "xz"}[shape]
-    return _standing(mirrors, scene.pillar, scene.array, scene.centre_um, scene.radius_um)
+    return _standing(mirrors, scene.pillar, scene.array, scene.centre_um, scene.semi_axes_um[0])
 
 
 @lru_cache(maxsize=256)  # the cases of a sweep mostly share one substrate
 def _standing(
-    mirrors: str, pillars: tuple[Pillar, ...], array: Array | None, centre: tuple[float, ...], radius: float
+    mirrors: str, pillars: tuple[Pillar, ...], array: Array | None, centre: tuple[float, ...], half_width: float
 ) -> tuple[Standing, ...]:
     found = []
     for index, pillar in enumerate(pillars):
@@ -69,7 +70,7 @@ def _standing(
         found += [Standing(index, name, arch) for name, arch in images.items()]
     if array is not None:
         one = upright(pillar_of(array))
-        for name, x, z in _lattice(array, radius):
+        for name, x, z in _lattice(array, half_width):
             arch: Upright = replace(one, x_um=centre[0] + x)
             if not isinstance(arch, obstacles.Pillar):
                 arch = replace(arch, z_um=centre[-1] + z)
@@ -154,14 +155,14 @@ def crowded(scene: Inputs) -> bool:
     array = scene.array
     if array is None or array.count != "fill":
         return False
-    reach = _reach(array, scene.radius_um)
+    reach = _reach(array, scene.semi_axes_um[0])
     if endless(array):
         return 2 * reach / array.pitch_um > MOST_PILLARS
     return math.pi * reach**2 / (array.pitch_um * _row_um(array)) > MOST_PILLARS
 
 
-def _reach(array: Array, radius: float) -> float:
-    return FILLED * radius + array.width_um / 2
+def _reach(array: Array, half_width: float) -> float:
+    return FILLED * half_width + array.width_um / 2
 
 
 def _row_um(array: Array) -> float:
@@ -169,14 +170,14 @@ def _row_um(array: Array) -> float:
     return array.pitch_um * (math.sqrt(3) / 2 if array.lattice == "hexagonal" else 1.0)
 
 
-def _lattice(array: Array, radius: float) -> Iterator[tuple[str, float, float]]:
+def _lattice(array: Array, half_width: float) -> Iterator[tuple[str, float, float]]:
     """Names and places, from the cell's centre [µm], of an array's pillars; only the x of ridges means anything."""
     pitch, (x0, z0) = array.pitch_um, array.offset_um
     if endless(array):
-        for i in _numbers(array, x0 / pitch, array.count, _reach(array, radius) / pitch):
+        for i in _numbers(array, x0 / pitch, array.count, _reach(array, half_width) / pitch):
             yield f"array {i}", round(i * pitch - x0, DIGITS), 0.0
         return
-    step, reach = _row_um(array), _reach(array, radius)
+    step, reach = _row_um(array), _reach(array, half_width)
     for j in _numbers(array, z0 / step, array.count, reach / step):
         between = array.lattice == "hexagonal" and j % 2 == 1
         shift, count = (0.5 if between else 0.0), array.count

@@ -8,7 +8,7 @@ slope finds to the last digit: the sum there is the vertical distance of first t
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import lru_cache
 
@@ -72,6 +72,16 @@ def meet(a: Upright, b: Upright) -> tuple[float, ...] | None:
         return None
     x, z = found[:2] if abs(dx) <= abs(dz) else found[1::-1]
     return a.x_um + math.copysign(1.0, dx) * x, a.z_um + math.copysign(1.0, dz) * z, found[2]
+
+
+def gradient_of(aspect: float, across: Iterable[float]) -> float:
+    """Length of an ellipse's gradient, times half of its height [-]: 1 all around a circle, and at its lowest point.
+
+    Args:
+        aspect: its height over its width.
+        across: the place's horizontal distance from the middle over half of the width, along each coordinate [-].
+    """
+    return math.sqrt(1.0 - (1.0 - aspect**2) * sum(part**2 for part in across))
 
 
 @lru_cache(maxsize=1024)  # a lattice has few pillars that differ in distance

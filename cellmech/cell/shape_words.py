@@ -1,22 +1,34 @@
-"""A nucleus that is no circle or ball about the cell's centre, in words: its shape, beside what was measured."""
+"""Cell and nucleus that are no circles or balls about one centre, in words: their shapes, beside what was measured."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from cellmech.cell.nucleus import nucleus_shape
+from cellmech.cell.outlines import nucleus_outline
 from cellmech.fem.curves import Moments, moments
-from cellmech.mesh.nucleus_shape import WAVES, NucleusShape, radius_of, radius_of_polygon, waves_of
+from cellmech.mesh.cell_shape import WAVES, BodyOutline, radius_of, radius_of_polygon, waves_of
 from cellmech.scene.scene import Scene
 
 LOOKS = 720  # at an outline, around
 PLANES = {"x": "x = 0", "xz": "x = 0 and z = 0"}
 
 
+def cell_words(scene: Scene) -> str | None:
+    """Size of a cell before the load that is no circle or ball; None of one that is."""
+    if scene.cell.aspect == 1.0:
+        return None
+    (wide, high), flat = scene.semi_axes_um, scene.cell.geometry == "plane"
+    content = "area" if flat else "volume"
+    told = (
+        f"{'an ellipse' if flat else 'an ellipsoid'}, {2 * wide:.4g} um wide and {2 * high:.4g} um high before the load"
+    )
+    return f"{told}, its {content} that of a {'circle' if flat else 'ball'} of {scene.radius_um:g} um in radius"
+
+
 def nucleus_words(scene: Scene) -> str | None:
     """Shape and place of the nucleus, and how near they come to a measured outline; None of a circle or ball."""
-    written, shape = scene.nucleus, nucleus_shape(scene)
-    if written is None or shape is None:
+    written, shape = scene.nucleus, nucleus_outline(scene)
+    if written is None:
         return None
     place = ", ".join(f"{at:g}" for at in shape.offset)
     if written.outline_um is None:
@@ -27,7 +39,7 @@ def nucleus_words(scene: Scene) -> str | None:
     return told + _beside(scene, shape, points) + _distances(scene, points)
 
 
-def _beside(scene: Scene, shape: NucleusShape, points: np.ndarray) -> str:
+def _beside(scene: Scene, shape: BodyOutline, points: np.ndarray) -> str:
     """Sizes of the shape beside those of the points."""
     angle, space = 2 * np.pi * np.arange(LOOKS) / LOOKS, scene.cell.geometry == "3d"
     radius = radius_of(shape.waves, angle)

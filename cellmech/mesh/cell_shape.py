@@ -1,13 +1,15 @@
-"""A nucleus that is no circle about the cell's centre: where it moves the points of a mesh that has it as one.
+"""A cell, or its nucleus, that is no circle about the cell's centre: where it moves the points of a mesh of circles.
 
-The nucleus's outline becomes c + rho(e) e, e the unit vectors from the cell's centre: an ellipse, or a sum of waves
-around; in space the waves are those of the horizontal outline, and every section above or below is a copy of it.
-The lamina keeps its thickness along e, what is inside follows in proportion, and from the outline to the membrane the
-shift fades to nothing. So a mesh of circles serves for every shape, its layers and groups with it.
+The nucleus ends at c + rho(e) e, e the unit vectors from the cell's centre: an ellipse, or a sum of waves around; in
+space the waves are those of the horizontal outline, and every section above or below is a copy of it. The cell ends at
+rho(e) e, an ellipse. Lamina and membrane keep their thickness along e, what is inside the lamina follows in proportion,
+and between nucleus and membrane the one shift fades into the other. So a mesh of circles serves for every shape, its
+layers and groups with it.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -20,28 +22,22 @@ Waves = tuple[tuple[float, float], ...]  # real and imaginary parts, from the me
 
 
 @dataclass(frozen=True)
-class NucleusShape:
-    """A nucleus's shape and place.
+class BodyOutline:
+    """The outline of a cell or a nucleus before the load.
 
     Args:
-        radius_um: of the circle or ball that is meshed [µm].
-        shell_um: thickness of its lamina [µm].
-        free_um: distance from the cell's centre at which nothing moves any more [µm].
-        offset: of its centre from the cell's [µm], as many coordinates as the mesh has.
         semi_axes_um: of an ellipse, or an ellipsoid round about y, across and along y [µm].
+        offset: of its centre from the cell's [µm], as many coordinates as the mesh has.
         waves: of the outline's radius over the angle from x [µm], real and imaginary parts from the mean on: in the
             plane instead of an ellipse, in space instead of the ellipsoid's circle about y, as far as x and z go.
     """
 
-    radius_um: float
-    shell_um: float
-    free_um: float
-    offset: tuple[float, ...]
     semi_axes_um: tuple[float, float]
+    offset: tuple[float, ...]
     waves: Waves = ()
 
     def reach(self, e: np.ndarray) -> np.ndarray:
-        """rho [µm] in directions e from the nucleus's centre, unit vectors of shape (n, d)."""
+        """rho [µm] in directions e from its centre, unit vectors of shape (n, d)."""
         across: float | np.ndarray
         across, high = self.semi_axes_um
         if self.waves:
@@ -56,18 +52,57 @@ class NucleusShape:
         length = np.linalg.norm(way, axis=1)
         return np.asarray(length - self.reach(way / np.maximum(length, np.finfo(float).tiny)[:, None]))
 
+
+@dataclass(frozen=True)
+class CellShape:
+    """The shapes of a cell and its nucleus.
+
+    Args:
+        radii_um: of the circles or balls that are meshed [µm]: nucleoplasm, nucleus, cytosol, cell.
+        nucleus: its outline.
+        cell: its own, about its centre; None for the circle.
+    """
+
+    radii_um: tuple[float, float, float, float]
+    nucleus: BodyOutline
+    cell: BodyOutline | None = None
+
     def moved(self, x: np.ndarray) -> np.ndarray:
         """Where points at x in the mesh of circles lie in the cell, from its centre [µm], shape (n, d) both."""
+        nucleoplasm, nucleus, free, rim = self.radii_um
+        shell = nucleus - nucleoplasm
+        inner = nucleus - shell
         r = np.linalg.norm(x, axis=1)
         up = np.zeros_like(x)
         up[:, 1] = 1.0
         e = np.divide(x, r[:, None], out=up, where=r[:, None] > 0)
-        rho, inner = self.reach(e), self.radius_um - self.shell_um
-        scaled = np.where(r < inner, (rho - self.shell_um) * r / inner, rho - self.radius_um + r)
-        within = np.array(self.offset) + scaled[:, None] * e
-        fades = np.clip((self.free_um - r) / (self.free_um - self.radius_um), 0.0, 1.0)[:, None]
-        beyond = x + fades * (np.array(self.offset) + (rho - self.radius_um)[:, None] * e)
-        return np.where((r <= self.radius_um)[:, None], within, beyond)
+        rho, offset = self.nucleus.reach(e), np.array(self.nucleus.offset)
+        scaled = np.where(r < inner, (rho - shell) * r / inner, rho - nucleus + r)
+        within = offset + scaled[:, None] * e
+        fades = np.clip((free - r) / (free - nucleus), 0.0, 1.0)[:, None]
+        beyond = x + fades * (offset + (rho - nucleus)[:, None] * e)
+        if self.cell is not None:
+            beyond += (1.0 - fades) * (self.cell.reach(e) - rim)[:, None] * e
+        return np.where((r <= nucleus)[:, None], within, beyond)
+
+    def on_circle(self, offset: Sequence[float]) -> tuple[tuple[float, ...], float]:
+        """Where a place of the cell's outline is in the mesh of circles, and how much longer a length along it is here.
+
+        Args:
+            offset: of the place from the cell's centre [µm]; of one outside, that is so much farther there, too.
+
+        Returns:
+            The offset there [µm]; lengths along the outline here over there [-].
+        """
+        if self.cell is None:
+            return tuple(offset), 1.0
+        rim, length, (wide, high) = self.radii_um[-1], math.hypot(*offset), self.cell.semi_axes_um
+        e = np.array(offset) / length
+        rho = float(self.cell.reach(e[None])[0])
+        squares = [high**2 if k == 1 else wide**2 for k in range(len(offset))]
+        normal = e / np.array(squares)
+        cosine = float(e @ normal) / float(np.linalg.norm(normal))
+        return tuple((e * length * rim / rho).tolist()), rho / (rim * cosine)
 
 
 def radius_of(waves: Waves, angle: np.ndarray) -> np.ndarray:

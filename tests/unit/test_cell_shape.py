@@ -10,12 +10,12 @@ from mpi4py import MPI
 import cellmech
 from cellmech.cell.description import describe_model
 from cellmech.cell.layering import MeshPlan, mesh_plan
-from cellmech.cell.nucleus_words import nucleus_words
 from cellmech.cell.setup import Setup
 from cellmech.cell.shape import nucleus_shape as nucleus_measures
+from cellmech.cell.shape_words import nucleus_words
 from cellmech.errors import InputError
 from cellmech.fem.boundary import boundary
-from cellmech.mesh.nucleus_shape import NucleusShape, radius_of, radius_of_polygon, symmetric_part, waves_of
+from cellmech.mesh.cell_shape import BodyOutline, CellShape, radius_of, radius_of_polygon, symmetric_part, waves_of
 from cellmech.scene.files import read_scene, scene_to_toml
 
 COARSE = {"mesh": {"size_um": 6.0}, "time": {"history": False}, "load": {"factor": 1e-6}}
@@ -34,12 +34,12 @@ def area(points):
 
 
 def test_mesh_moves_onto_the_outline_and_stays_beyond_the_cytosol():
-    shape = NucleusShape(5.0, 0.1, 9.5, (1.0, 0.5), (6.0, 4.0))
+    shape = CellShape((4.9, 5.0, 9.5, 10.0), BodyOutline((6.0, 4.0), (1.0, 0.5)))
     angle = np.linspace(0, 2 * np.pi, 50)
     e = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     outline = shape.moved(5 * e) - [1.0, 0.5]
     np.testing.assert_allclose(np.linalg.norm(outline / [6.0, 4.0], axis=1), 1.0, rtol=1e-12)
-    np.testing.assert_allclose(shape.beyond(shape.moved(5 * e)), 0.0, atol=1e-13)
+    np.testing.assert_allclose(shape.nucleus.beyond(shape.moved(5 * e)), 0.0, atol=1e-13)
     np.testing.assert_allclose(np.linalg.norm(shape.moved(4.9 * e) - shape.moved(5 * e), axis=1), 0.1, rtol=1e-12)
     np.testing.assert_allclose(shape.moved(9.5 * e), 9.5 * e, atol=1e-14)
     np.testing.assert_allclose(shape.moved(5.0000001 * e), shape.moved(5 * e), atol=1e-6)
@@ -220,10 +220,11 @@ def test_meridian_is_the_mean_of_both_halves():
 
 def test_sections_of_a_nucleus_in_space_are_copies_of_its_outline():
     waves = waves_of(bean() - [40, 25])
-    shape = NucleusShape(5.0, 0.1, 9.5, (0.5, -1.0, 0.2), (4.5, 2.5), waves)
+    offset = (0.5, -1.0, 0.2)
+    shape = CellShape((4.9, 5.0, 9.5, 10.0), BodyOutline((4.5, 2.5), offset, waves))
     e = np.random.default_rng(0).standard_normal((200, 3))
     e /= np.linalg.norm(e, axis=1)[:, None]
-    x = shape.moved(5 * e) - shape.offset
+    x = shape.moved(5 * e) - offset
     share = np.sqrt(1 - (x[:, 1] / 2.5) ** 2)
     outline = radius_of(waves, np.arctan2(x[:, 2], x[:, 0]))
     np.testing.assert_allclose(np.hypot(x[:, 0], x[:, 2]), share * outline, rtol=1e-12)
