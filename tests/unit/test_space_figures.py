@@ -79,7 +79,7 @@ class TestBody:
     def test_surfaces_enclose_what_is_inside_them(self, tmp_path: Path) -> None:
         body = quarter(tmp_path)
         for radius, layer in ((10.0, "membrane"), (5.0, "lamina")):
-            a, b, c = np.moveaxis(body.surface(radius, layer).whole("xz").now - [0.0, 7.5, 0.0], 1, 0)
+            a, b, c = np.moveaxis(body.surface(layer).whole("xz").now - [0.0, 7.5, 0.0], 1, 0)
             volume = np.einsum("ni,ni->n", a, np.cross(b, c)).sum() / 6
             assert volume == pytest.approx(np.pi / 3 * radius**3, rel=2e-2)
 
