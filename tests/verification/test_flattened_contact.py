@@ -62,7 +62,7 @@ def test_flattened_cell_in_space_is_the_one_that_is_turned(tmp_path, ladder):
     for table, key, rel in (
         ("cell", "sigma_mises_mean_Pa", 0.02),
         ("nucleus", "sigma_mises_mean_Pa", 0.02),
-        ("contact", "half_width_um", 0.02),
+        ("contact", "half_width_um", 0.04),
         ("nucleus_shape", "height_um", 2e-3),
         ("nucleus_shape", "width_um", 2e-3),
     ):
