@@ -59,7 +59,7 @@ class Cell(Table):
     """Half a cell, mirrored at x = 0, or all of it; in 3-D also a quarter, and the least that serves if left out."""
     radius_um: Length | None = None
     """Radius, instead of layer.membrane.outer_radius_um; the membrane keeps its thickness."""
-    aspect: Annotated[float, Number("(no unit)", least=0.2, most=1)] = 1.0
+    aspect: Annotated[float, Number("(no unit)", least=0.3, most=1)] = 1.0
     """Height over width before the load: of an ellipse of the circle's area, of an ellipsoid of the ball's volume."""
     gap_um: Position = 0.0
     """Vertical travel to first touch; without inertia the cell is moved there before it is solved."""
