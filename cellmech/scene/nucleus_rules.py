@@ -46,10 +46,9 @@ def of_nucleus(scene: Inputs) -> Iterator[Breach]:
 
 def _room(scene: Inputs) -> Iterator[Breach]:
     """A nucleus that comes too near to the membrane, or beyond, as seen from the cell's centre."""
-    places = [(math.hypot(x, y, z), x, y, z) for x, y, z in _places(scene)]
-    farthest, free = max(
-        ((r, _free_um(scene, y / r if r else 1.0)) for r, _, y, _ in places), key=lambda one: one[0] - one[1]
-    )
+    places = ((math.hypot(*at), at[1]) for at in _places(scene))
+    found = ((r, _free_um(scene, y / r if r else 1.0)) for r, y in places)
+    farthest, free = max(found, key=lambda one: one[0] - one[1])
     if farthest > free:
         rule = f"must leave the nucleus within {told(float(f'{free:.6g}'))} µm of the cell's centre, inside the cytosol"
         if scene.cell.aspect != 1.0:
