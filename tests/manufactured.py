@@ -1,8 +1,9 @@
-"""A displacement of our choosing, made the solution by its body force; the stresses are written from the paper."""
+"""A displacement of our choosing, made the solution by its body force; the stresses are written by hand."""
 
 import numpy as np
 import ufl
 from dolfinx import fem
+from laws_by_hand import plane_piola
 from problems import displacement_space, moduli, prescribe
 
 from cellmech.fem.coefficients import material_fields
@@ -34,23 +35,8 @@ def plane_gradient(u):
 
 
 def solid_piola(law, F, poisson=POISSON):
-    """First Piola-Kirchhoff stress in the plane (eqs 17-20); the 3-D invariants of C3 = diag(C, 1)."""
-    constants = moduli(law, YOUNG, poisson)
-    lmbda, mu = constants["lmbda"], constants["mu"]
-    eye, C = ufl.Identity(2), F.T * F
-    C_inv, ln_J = ufl.inv(C), ufl.ln(ufl.det(F))
-    if law == "saint-venant":
-        E = (C - eye) / 2
-        return F * (lmbda * ufl.tr(E) * eye + 2 * mu * E)
-    if law == "neo-hookean":
-        return F * (mu * (eye - C_inv) + lmbda * ln_J * C_inv)
-    beta, third = constants["beta"], 1 / 3
-    alpha, I1, I3 = mu / 2 - beta, ufl.tr(C) + 1, ufl.det(C)
-    S = 2 * alpha * (eye - I3**third * C_inv) + 2 * beta * (I1 * eye - C - 2 * I3 ** (2 * third) * C_inv)
-    S += (lmbda + 2 * mu / 3) * ln_J * C_inv
-    if law == "yeoh":
-        S += 2 * (-alpha / 2 * (I1 - 3) + alpha / 10 * (I1 - 3) ** 2) * eye
-    return F * S
+    """First Piola-Kirchhoff stress in the plane, written by hand."""
+    return plane_piola(law, F, moduli(law, YOUNG, poisson))
 
 
 def body_with(domain, material, P, free=(), order=2, **more):

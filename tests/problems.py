@@ -21,7 +21,9 @@ from cellmech.solver import bdf
 from cellmech.solver.newton import Solver
 from cellmech.solver.state import State
 
-LAW_NAMES = ("saint-venant", "neo-hookean", "mooney-rivlin", "yeoh")
+LAW_NAMES = tuple(LAWS)
+TRIED = {"i1_limit": 40.0}
+"""Constants of laws, by their keys, that tests set otherwise than their default: not at 1, and for strains of 1."""
 Where = Callable[[np.ndarray], np.ndarray]
 
 
@@ -106,15 +108,13 @@ def affine(space: Any, H: Any, offset: Sequence[float] | float = 0.0) -> np.ndar
 # Materials
 
 
-def moduli(law: str, young: float, poisson: float, beta_over_mu: float = 2.5, i1_rest: float = 3.0) -> dict[str, float]:
-    """The constants a law asks for [Pa]."""
+def moduli(law: str, young: float, poisson: float, **more: float) -> dict[str, float]:
+    """The constants a law asks for [Pa]; of `more`, by the keys of scene files, those that it has."""
     lmbda, mu = lame(young, poisson)
-    constants = {"lmbda": lmbda, "mu": mu}
-    if law in ("mooney-rivlin", "yeoh"):
-        constants["beta"] = beta_over_mu * mu
-    if law == "yeoh":
-        constants["i1_rest"] = i1_rest
-    return constants
+    given = TRIED | more
+    own = LAWS[law].constants.items()
+    values = {name: given.get(c.key, c.default) * (mu if c.times_mu else 1.0) for name, c in own}
+    return {"lmbda": lmbda, "mu": mu, **values}
 
 
 def solid(law: str = "neo-hookean", young: float = 10.0, poisson: float = 0.3, **more: float) -> Material:

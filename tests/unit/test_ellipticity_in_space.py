@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from laws_by_hand import elasticities, three_d
 from problems import LAW_NAMES, affine, block, displacement_space, moduli, solid, wet
 from scipy.optimize import brentq
 
@@ -28,39 +29,15 @@ def look_at(law, H, kinematics=PLANE_STRAIN, **fluid):
     return Ellipticity(body, state.u).find(), EllipticityInSpace(body, state.u).find()
 
 
-def energy(law, F):
-    """W/mu of the laws as functions of F (eqs 17-20), written out."""
+def elasticities_over_mu(law, F):
+    """A_iJkL/mu by hand."""
     constants = moduli(law, YOUNG, POISSON)
-    lmbda, mu = constants["lmbda"] / constants["mu"], 1.0
-    C, J = F.T @ F, np.linalg.det(F)
-    I1, I2 = np.trace(C), (np.trace(C) ** 2 - np.trace(C @ C)) / 2
-    if law == "saint-venant":
-        E = (C - np.eye(3)) / 2
-        return lmbda / 2 * np.trace(E) ** 2 + mu * np.trace(E @ E)
-    if law == "neo-hookean":
-        return mu / 2 * (I1 - 3 - 2 * np.log(J)) + lmbda / 2 * np.log(J) ** 2
-    beta = constants["beta"] / constants["mu"]
-    alpha = 0.5 - beta
-    W = alpha * (I1 - 3 * J ** (2 / 3)) + beta * (I2 - 3 * J ** (4 / 3)) + (lmbda + 2 / 3) / 2 * np.log(J) ** 2
-    if law == "yeoh":
-        W += -0.5 * alpha / 2 * (I1 - 3) ** 2 + 0.1 * alpha / 3 * (I1 - 3) ** 3
-    return W
+    return elasticities(law, F, constants) / constants["mu"]
 
 
-def scanned(law, F, directions, h=1e-3):
-    """Least eigenvalue of the acoustic tensor over directions; A = d2W/dFdF by differences of fourth order."""
-    stencil = {1: 8 / 12, -1: -8 / 12, 2: -1 / 12, -2: 1 / 12}
-    A = np.zeros((9, 9))
-    for a in range(9):
-        for b in range(a, 9):
-            for p, weight in stencil.items():
-                for q, other in stencil.items():
-                    G = F.copy()
-                    G.flat[a] += p * h
-                    G.flat[b] += q * h
-                    A[a, b] += weight * other * energy(law, G) / h**2
-            A[b, a] = A[a, b]
-    Q = np.einsum("iJkL,nJ,nL->nik", A.reshape(3, 3, 3, 3), directions, directions)
+def scanned(law, F, directions):
+    """Least eigenvalue of the acoustic tensor over directions."""
+    Q = np.einsum("iJkL,nJ,nL->nik", elasticities_over_mu(law, F), directions, directions)
     return float(np.linalg.eigvalsh(Q).min())
 
 
@@ -75,15 +52,14 @@ def test_margin_is_that_of_a_scan_over_directions_of_space(law, directions):
     rng, below = np.random.default_rng(2), 0
     for _ in range(4):
         H = 0.35 * rng.uniform(-1, 1, (2, 2))
-        F = np.eye(3)
-        F[:2, :2] += H
+        F = three_d(np.eye(2) + H)
         plane, space = look_at(law, H)
         expected = scanned(law, F, directions)
         size = abs(expected) + 1.0
         assert expected - 2e-2 * size <= space.margin <= expected + 1e-6 * size
         assert space.margin <= plane.margin + 1e-9
         below += space.margin < plane.margin - 1e-6
-    assert below >= 1 or law in ("saint-venant", "neo-hookean")
+    assert below >= 1 or law not in ("mooney-rivlin", "yeoh")
 
 
 def test_hoop_stretch_of_a_turned_block_counts(directions):
@@ -94,12 +70,11 @@ def test_hoop_stretch_of_a_turned_block_counts(directions):
 
 
 def test_wave_that_is_named_has_the_margin():
-    _, space = look_at("saint-venant", np.array([[-0.1, 0.2], [0.0, 0.05]]))
-    F, N, a = np.eye(3), np.array(space.normal), np.array(space.motion)
-    F[:2, :2] += [[-0.1, 0.2], [0.0, 0.05]]
-    h = 1e-3
-    second = sum(w * energy("saint-venant", F + k * h * np.outer(a, N)) for k, w in ((-1, 1), (0, -2), (1, 1))) / h**2
-    assert second == pytest.approx(space.margin, abs=1e-5)
+    H = np.array([[-0.1, 0.2], [0.0, 0.05]])
+    _, space = look_at("saint-venant", H)
+    F, N, a = three_d(np.eye(2) + H), np.array(space.normal), np.array(space.motion)
+    found = np.einsum("iJkL,i,J,k,L", elasticities_over_mu("saint-venant", F), a, N, a, N)
+    assert found == pytest.approx(space.margin, abs=1e-9)
     assert np.linalg.norm(N) == pytest.approx(1.0) and np.linalg.norm(a) == pytest.approx(1.0)
 
 

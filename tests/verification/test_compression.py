@@ -18,7 +18,7 @@ LAWS = [("mooney-rivlin", 2.5), ("yeoh", 2.5), ("yeoh", 0.25)]
 
 def incompressible(law, beta_over_mu, w):
     """The force [Pa µm] at a relative height change w, positive in tension (verification.md)."""
-    constants = moduli(law, YOUNG, 0.5 - 1e-12, beta_over_mu)
+    constants = moduli(law, YOUNG, 0.5 - 1e-12, beta_over_mu=beta_over_mu)
     mu, beta = constants["mu"], constants["beta"]
     alpha = mu / 2 - beta
     c20, c30 = (-0.5 * alpha / 2, 0.1 * alpha / 3) if law == "yeoh" else (0.0, 0.0)

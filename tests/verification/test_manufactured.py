@@ -1,6 +1,6 @@
 """Convergence of P2, and P3, on curved triangles against manufactured displacements at finite strain.
 
-The stresses are written from the paper, not from the package: dry in all four laws, wet, and under contact pressure.
+The stresses are written by hand, not by the package: dry in every law, wet, and under contact pressure.
 """
 
 import numpy as np
