@@ -13,8 +13,9 @@ from PIL import Image
 
 from cellmech.errors import InputError
 from cellmech.figures.body import read_body
+from cellmech.figures.caption import caption_in, caption_of, write_caption
 from cellmech.figures.render import probe
-from cellmech.figures.shape_figure import caption_in, caption_of, draw_stage, paint_of, write_caption, write_legend
+from cellmech.figures.shape_figure import draw_stage, paint_of, write_legend
 from cellmech.figures.space import AZIMUTH_DEG, Stage
 from cellmech.results.records import PARTIAL
 from cellmech.results.result import Result
