@@ -10,25 +10,22 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 from cellmech.console import bear_any_text, say
 from cellmech.errors import CellmechError, InputError
-from cellmech.figures.results import StudyResult, read_all, read_planned, read_study
-from cellmech.figures.table import Document
+from cellmech.figures.paper_plots import add_paper
+from cellmech.figures.results import StudyResult, read_all, read_study
+from cellmech.figures.saving import complain, draw_and_save
 from cellmech.names import path_there
 from cellmech.results.result import load
 from cellmech.scene.studies import load_study
-from cellmech.scene.toml_file import read_toml
 from cellmech.surroundings import open_streams, refuse_other_numpy
 
-STUDIES = Path(__file__).resolve().parents[2] / "studies"
 IN_SPACE = Path("results/geometries/law=neo-hookean,geometry=3d")
-PAPER_NUMBERS = STUDIES / "paper_numbers.toml"
 
 
 def main(arguments: Sequence[str] | None = None, name: str = "python -m cellmech.plots") -> int:
@@ -57,14 +54,6 @@ def _parser(name: str = "python -m cellmech.plots") -> argparse.ArgumentParser:
         command.set_defaults(run=run)
         return command
 
-    def add_study(name: str, run: Any, about: str, study: str, numbers: str) -> None:
-        command = add(name, run, about)
-        results = Path("results") / study
-        command.add_argument("--results", type=path_there, default=results, metavar="DIR", help="default: %(default)s")
-        command.set_defaults(numbers=numbers)
-        _add_study_file(command, study)
-        _add_paper(command)
-
     results = "folder of a study's results, or of one case"
 
     def add_shown(name: str, run: Any, about: str, several: bool = False) -> argparse.ArgumentParser:
@@ -87,7 +76,7 @@ def _parser(name: str = "python -m cellmech.plots") -> argparse.ArgumentParser:
     add_shown("outline", _outline, "outlines of cell and nucleus of all cases in one drawing")
     add_shown("pictures", _pictures, "what a run leaves: each deformed cell, and the sheet, into figures of DIR", True)
     scene = "scene or study file (its first case); default: Table 1"
-    geometry = add("geometry", _fig1, "a scene before the load, with its dimensions")
+    geometry = add("geometry", _geometry, "a scene before the load, with its dimensions")
     geometry.add_argument("scene", nargs="?", metavar="FILE", help=scene)
     law = add("contact-law", _contact_law, "push and pull of a scene's obstacles, one curve over the gap")
     law.add_argument("--scene", metavar="FILE", help=scene)
@@ -105,74 +94,23 @@ def _parser(name: str = "python -m cellmech.plots") -> argparse.ArgumentParser:
     film.add_argument("--field", default="J1", help="scalar of the field files; default: %(default)s")
     film.add_argument("--magnify", type=float, default=1.0, help="displacements; default: %(default)g")
 
-    add("fig1", _fig1, "the paper's: initial geometry of a scene").add_argument("--scene", metavar="FILE", help=scene)
-    add_study("fig2", _curves, "the paper's: stress and strain in the nucleus against time", "fig2", "fig2")
-    add_study("fig3", _shapes, "the paper's: deformed cells at the four laws", "fig3", "fig2")
-    add_study("fig4", _maps, "the paper's: maps over the fluid fractions", "fig4", "fig4")
-    add_study("fig5", _shapes, "the paper's: deformed cells at the largest strains of Figures 4 and 6", "fig5", "fig4")
-    add_study("fig6", _maps, "the paper's: maps over the moduli", "fig6", "fig6")
-    add_study("fig7", _described_shapes, "the paper's: deformed cells in S1, S2, S3", "fig7", "table3")
-    add("table1", _table1, "parameters, beside the paper's").add_argument("--scene", metavar="FILE", help=scene)
-    table2 = add("table2", _table2, "the simulations S1, S2, S3")
-    _add_study_file(table2, "table3")
-    _add_paper(table2)
-    table2.set_defaults(numbers="table3")
-    add_study("table3", _table3, "maxima and shape index in S1, S2, S3", "table3", "table3")
-    add_study("table-fig2", _table_fig2, "maxima, means and shares at the four laws", "fig2", "fig2")
+    add("fig1", _geometry, "the paper's: initial geometry of a scene").add_argument(
+        "--scene", metavar="FILE", help=scene
+    )
+    add_paper(add, scene)
     return parser
 
 
-def _add_study_file(command: argparse.ArgumentParser, stem: str) -> None:
-    about = "the study file, which says what cases there are; default: %(default)s"
-    command.add_argument("--study", type=path_there, default=STUDIES / f"{stem}.toml", metavar="FILE", help=about)
-
-
-def _add_paper(command: argparse.ArgumentParser) -> None:
-    command.add_argument(
-        "--paper", type=path_there, default=PAPER_NUMBERS, metavar="FILE", help="the paper's printed numbers"
-    )
-
-
-def _fig1(options: argparse.Namespace) -> int:
+def _geometry(options: argparse.Namespace) -> int:
     from cellmech.figures.geometry_figure import draw_geometry
 
-    return _draw(options, draw_geometry, load_study(options.scene).cases[0].scene)
+    return draw_and_save(options, draw_geometry, load_study(options.scene).cases[0].scene)
 
 
 def _contact_law(options: argparse.Namespace) -> int:
     from cellmech.figures.contact_law import draw_contact_law
 
-    return _draw(options, draw_contact_law, load_study(options.scene).cases[0].scene)
-
-
-def _curves(options: argparse.Namespace) -> int:
-    from cellmech.figures.curves import draw_curves
-
-    study = _study(options)
-    return _draw(options, draw_curves, study, _paper(options)) or _complain(study)
-
-
-def _maps(options: argparse.Namespace) -> int:
-    from cellmech.figures.maps import draw_maps
-
-    study = _study(options)
-    return _draw(options, draw_maps, study, _paper(options)) or _complain(study)
-
-
-def _shapes(options: argparse.Namespace) -> int:
-    from cellmech.figures.shapes import draw_shapes
-
-    study = _study(options)
-    return _draw(options, partial(draw_shapes, magnify=True), study) or _complain(study)
-
-
-def _described_shapes(options: argparse.Namespace) -> int:
-    from cellmech.figures.nucleus import nucleus_lines
-    from cellmech.figures.shapes import draw_shapes
-
-    study, paper = _study(options), _paper(options)
-    draw = partial(draw_shapes, report=lambda case: nucleus_lines(case, paper), magnify=True)
-    return _draw(options, draw, study) or _complain(study)
+    return draw_and_save(options, draw_contact_law, load_study(options.scene).cases[0].scene)
 
 
 def _shape(options: argparse.Namespace) -> int:
@@ -190,7 +128,7 @@ def _shape(options: argparse.Namespace) -> int:
             else:
                 study = read_all(folder)
                 figure = draw_shapes(study, quantity=quantity, magnify=options.magnify)
-                status |= _complain(study)
+                status |= complain(study)
             for path in save(figure, options.out, stem):
                 say(str(path))
     return status
@@ -212,21 +150,21 @@ def _history(options: argparse.Namespace) -> int:
     from cellmech.figures.curves import draw_curves
 
     study = _shown(options.folder)
-    return _draw(options, draw_curves, study) or _complain(study)
+    return draw_and_save(options, draw_curves, study) or complain(study)
 
 
 def _map(options: argparse.Namespace) -> int:
     from cellmech.figures.maps import draw_maps
 
     study = read_all(options.folder)
-    return _draw(options, draw_maps, study, {}) or _complain(study)
+    return draw_and_save(options, draw_maps, study, {}) or complain(study)
 
 
 def _outline(options: argparse.Namespace) -> int:
     from cellmech.figures.outlines import draw_outlines
 
     study = _shown(options.folder)
-    return _draw(options, draw_outlines, study) or _complain(study)
+    return draw_and_save(options, draw_outlines, study) or complain(study)
 
 
 def _pictures(options: argparse.Namespace) -> int:
@@ -239,7 +177,7 @@ def _pictures(options: argparse.Namespace) -> int:
         sheet = names if len(names) > 1 else []
         for path in draw_pictures(folder, dict.fromkeys(names, ""), sheet, title=study.title):
             say(str(path))
-        status |= _complain(study)
+        status |= complain(study)
     return status
 
 
@@ -271,63 +209,3 @@ def _movie(options: argparse.Namespace) -> int:
         count = make_film(load(options.case), path, options.field, options.magnify)
     say(f"{path}: {count} pictures")
     return 0
-
-
-def _table1(options: argparse.Namespace) -> int:
-    from cellmech.figures.parameter_tables import table1
-
-    return _print(options, table1(load_study(options.scene).cases[0].scene))
-
-
-def _table2(options: argparse.Namespace) -> int:
-    from cellmech.figures.parameter_tables import table2
-
-    return _print(options, table2(load_study(options.study), _paper(options)))
-
-
-def _table3(options: argparse.Namespace) -> int:
-    from cellmech.figures.number_tables import table3
-
-    study = _study(options)
-    return _print(options, table3(study, _paper(options))) or _complain(study)
-
-
-def _table_fig2(options: argparse.Namespace) -> int:
-    from cellmech.figures.number_tables import fig2_table
-
-    study = _study(options)
-    return _print(options, fig2_table(study, _paper(options))) or _complain(study)
-
-
-def _study(options: argparse.Namespace) -> StudyResult:
-    return read_planned(options.results, load_study(options.study))
-
-
-def _paper(options: argparse.Namespace) -> Mapping[str, Any]:
-    numbers = read_toml(str(options.paper)).get(options.numbers)
-    if not isinstance(numbers, dict):
-        raise InputError(str(options.paper), options.numbers, "there must be such a table")
-    return numbers
-
-
-def _draw(options: argparse.Namespace, draw: Any, *of: Any) -> int:
-    from cellmech.figures.style import save, styled
-
-    with styled():
-        for path in save(draw(*of), options.out, options.stem):
-            say(str(path))
-    return 0
-
-
-def _print(options: argparse.Namespace, document: Document) -> int:
-    document.save(options.out, options.stem)
-    say(document.markdown())
-    return 0
-
-
-def _complain(study: StudyResult) -> int:
-    """Name the cases that are missing or failed; 1 when there are any."""
-    complaint = study.complaint()
-    if complaint:
-        say(f"warning: {study.folder}: {complaint}", sys.stderr)
-    return 1 if complaint else 0

@@ -11,7 +11,8 @@ import pytest
 from matplotlib.image import imread
 from plot_files import LAWS, change, sag, write_case, write_named, write_study, write_sweep
 
-from cellmech.figures.plots import STUDIES, main
+from cellmech.figures.paper_plots import STUDIES
+from cellmech.figures.plots import main
 from cellmech.scene.studies import load_study
 
 ROOT = Path(__file__).resolve().parents[2]

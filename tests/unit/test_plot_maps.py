@@ -17,7 +17,7 @@ from plot_files import change, write_study, write_sweep
 
 from cellmech.errors import InputError
 from cellmech.figures.maps import COLOURS, draw_maps
-from cellmech.figures.plots import PAPER_NUMBERS, STUDIES
+from cellmech.figures.paper_plots import PAPER_NUMBERS, STUDIES
 from cellmech.figures.results import StudyResult, read_planned, read_study
 from cellmech.scene.studies import Study, load_study
 

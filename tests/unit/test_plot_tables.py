@@ -14,9 +14,9 @@ from cellmech.errors import InputError
 from cellmech.figures.curves import draw_curves
 from cellmech.figures.nucleus import nucleus_lines
 from cellmech.figures.number_tables import table3
+from cellmech.figures.paper_plots import PAPER_NUMBERS, STUDIES
 from cellmech.figures.parameter_tables import MINUS, PRINTED, keys, table1, table2
 from cellmech.figures.parameters import parameter, value_at
-from cellmech.figures.plots import PAPER_NUMBERS, STUDIES
 from cellmech.figures.results import read_planned
 from cellmech.figures.shapes import caption
 from cellmech.figures.table import Document, Table, Value

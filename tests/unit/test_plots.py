@@ -20,7 +20,7 @@ from cellmech.figures import render as render
 from cellmech.figures.curves import draw_curves
 from cellmech.figures.geometry_figure import draw_geometry
 from cellmech.figures.number_tables import fig2_table
-from cellmech.figures.plots import PAPER_NUMBERS
+from cellmech.figures.paper_plots import PAPER_NUMBERS
 from cellmech.figures.results import StudyResult, read_study
 from cellmech.figures.shape_figure import draw_case
 from cellmech.figures.shapes import draw_shapes, magnification, read_pose
