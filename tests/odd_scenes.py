@@ -10,7 +10,7 @@ from hypothesis import reject
 from hypothesis import strategies as st
 
 from cellmech.errors import InputError
-from cellmech.scene import parts
+from cellmech.scene import driver_parts, parts, substrate_parts
 from cellmech.scene.files import read_scene
 from cellmech.scene.keys import put
 from cellmech.scene.value_types import TINIEST, Number
@@ -26,10 +26,10 @@ def ranges(table, start=""):
 
 RANGES = [
     *ranges(parts.Cell, "cell."),
-    *ranges(parts.Load, "load."),
-    *ranges(parts.Contact, "contact."),
+    *ranges(driver_parts.Load, "load."),
+    *ranges(substrate_parts.Contact, "contact."),
     *ranges(parts.Time, "time."),
-    *ranges(parts.Pillar, "pillar.0."),
+    *ranges(substrate_parts.Pillar, "pillar.0."),
     *(entry for name in parts.LAYER_NAMES for entry in ranges(getattr(parts, name.title()), f"layer.{name}.")),
 ]
 WORDS = {

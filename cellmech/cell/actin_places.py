@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cellmech.scene.parts import Actin
+from cellmech.scene.driver_parts import Actin
 from cellmech.scene.scene import Scene
 
 CAP_UM = 0.1  # of the cell's radius: thickness of a cap

@@ -10,8 +10,9 @@ from cellmech.cell.advice import hints_of, warnings_of
 from cellmech.cell.setup import Setup, material, mixed_layers
 from cellmech.cell.shape_words import cell_words, nucleus_words
 from cellmech.cell.slips import USUAL_MEDIUM, slips
+from cellmech.scene.driver_parts import Adhesion
 from cellmech.scene.inputs import MIXED_ABOVE
-from cellmech.scene.parts import LAYER_NAMES, Adhesion
+from cellmech.scene.parts import LAYER_NAMES
 from cellmech.scene.scene import Scene
 from cellmech.scene.substrate import MIRRORED
 from cellmech.solver.simulation import Simulation

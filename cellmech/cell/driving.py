@@ -15,7 +15,7 @@ from cellmech.mechanics.drivers import Actin, Adhesion, Driver, Timeline
 from cellmech.mechanics.kinematics import GEOMETRIES
 from cellmech.mechanics.obstacles import Obstacle
 from cellmech.mechanics.sector import Sector
-from cellmech.scene import parts
+from cellmech.scene import driver_parts
 from cellmech.scene.scene import Scene
 from cellmech.solver.time_steps import PUT_ON
 
@@ -73,14 +73,14 @@ def driven(
 def _driver(
     scene: Scene,
     name: str,
-    one: parts.Adhesion | parts.Actin,
+    one: driver_parts.Adhesion | driver_parts.Actin,
     share: Callable[[float], float],
     centre: tuple[float, ...],
     obstacles: Mapping[str, Obstacle],
     interfaces: Sequence[tuple[str, float]],
     domain: Domain | None,
 ) -> Driver:
-    if isinstance(one, parts.Adhesion):
+    if isinstance(one, driver_parts.Adhesion):
         bare = tuple(o for label, o in obstacles.items() if kind_of(label) not in one.on)
         return Adhesion(share, one.work_uJ_m2, one.range_um, bare, one.above_um, name)
     angles, direction = PLACES[one.where]

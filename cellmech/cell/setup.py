@@ -33,7 +33,8 @@ from cellmech.mechanics.materials import Material
 from cellmech.mechanics.obstacles import Flat, Obstacle, Pillar
 from cellmech.mesh.ball import BallSpec
 from cellmech.mesh.disc import DiscSpec
-from cellmech.scene.parts import LAYER_NAMES, Actin, LayerName
+from cellmech.scene.driver_parts import Actin
+from cellmech.scene.parts import LAYER_NAMES, LayerName
 from cellmech.scene.placement import STEEP, rest_beside, slope_at
 from cellmech.scene.scene import Scene
 from cellmech.scene.substrate import Upright, facing, standing, symmetric

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from cellmech.figures.style import FAULT_COLOUR, LAWS, SMALL, wrapped
 from cellmech.results.result import Result
-from cellmech.scene.parts import Adhesion
+from cellmech.scene.driver_parts import Adhesion
 from cellmech.scene.scene import Scene
 
 TITLE_SIZE, TITLE_IN, LINE_IN = 15, 0.3, 0.22  # font size, heights of lines

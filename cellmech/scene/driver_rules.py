@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from cellmech.scene.breach import Breach
+from cellmech.scene.driver_parts import Actin
 from cellmech.scene.inputs import Inputs
 from cellmech.scene.limits import told
-from cellmech.scene.parts import Actin
 
 THINNEST = 1e-3  # of the cell's radius: a part that holds actin
 

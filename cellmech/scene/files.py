@@ -12,9 +12,10 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from cellmech.errors import InputError
+from cellmech.scene.driver_parts import Medium
 from cellmech.scene.keys import brief, check_tables, unknown
 from cellmech.scene.outline_points import with_points
-from cellmech.scene.parts import LAYER_NAMES, Medium
+from cellmech.scene.parts import LAYER_NAMES
 from cellmech.scene.scene import Scene
 
 

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 from cellmech.scene.breach import Breach
 from cellmech.scene.inputs import Inputs
-from cellmech.scene.parts import Array, Pillar
 from cellmech.scene.substrate import endless
+from cellmech.scene.substrate_parts import Array, Pillar
 
 SHAPES = {"plane": ("half", "full"), "axisymmetric": ("half",), "3d": ("quarter", "half", "full")}
 ONLY_IN_SPACE = 'belongs to cell.geometry = "3d" only'

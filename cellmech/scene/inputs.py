@@ -12,27 +12,9 @@ from pydantic import BeforeValidator, Field
 
 from cellmech.mechanics.laws import Constant
 from cellmech.mechanics.moduli import lame
-from cellmech.scene.parts import (
-    LAYER_NAMES,
-    Actin,
-    Adhesion,
-    Array,
-    Cell,
-    Contact,
-    Flat,
-    Law,
-    Layer,
-    LayerName,
-    Layers,
-    Load,
-    Medium,
-    Mesh,
-    Nucleus,
-    Output,
-    Pillar,
-    Table,
-    Time,
-)
+from cellmech.scene.driver_parts import Actin, Adhesion, Load, Medium
+from cellmech.scene.parts import LAYER_NAMES, Cell, Law, Layer, LayerName, Layers, Mesh, Nucleus, Output, Table, Time
+from cellmech.scene.substrate_parts import Array, Contact, Flat, Pillar
 from cellmech.scene.value_types import Choice, Line, Whole, broken
 
 MIXED_ABOVE = 0.45  # Poisson's ratio; at 0.47 P2's largest pressure is off by 15 % on 800 cells (benchmarks/locking.py)

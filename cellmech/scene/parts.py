@@ -1,7 +1,8 @@
 """The tables of a scene file: names, units and ranges of the keys, with Table 1 of the paper as the default.
 
-Attributes are named like the TOML keys and keep the file's units (µm, Pa, s, kg/m3). Rules that tie several
-keys together are in `scene_rules`.
+Here are the cell, its layers, and what is asked of the run; what the cell meets is in `substrate_parts`, what moves it
+in `driver_parts`. Attributes are named like the TOML keys and keep the file's units (µm, Pa, s, kg/m3). Rules that tie
+several keys together are in `rules`.
 """
 
 from __future__ import annotations
@@ -29,7 +30,6 @@ SECOND_ORDER: dict[str, float] = {"size_um": 0.6, "thin_layers": 2}
 IN_SPACE: dict[int, dict[str, float]] = {
     order: {"size_um": um, "thin_layers": 1} for order, um in ((1, 1.2), (2, 1.2), (3, 3.6))
 }
-DEFAULT_PULL_PA = 100.0  # of actin
 Length = Annotated[float, Number("µm", above=0, most=LARGEST_UM)]
 PLACE = Number("µm", least=-LARGEST_UM, most=LARGEST_UM)
 Position = Annotated[float, PLACE]
@@ -37,8 +37,6 @@ Density = Annotated[float, Number("kg/m3", least=0, most=1e6)]
 Modulus = Annotated[float, Number("Pa", above=0, most=1e12)]
 Viscosity = Annotated[float, Number("Pa s", least=0, most=1e15)]
 Fraction = Annotated[float, Number("(no unit)", least=0, most=1)]
-Exponent = Annotated[float, Number("(no unit)", least=2, most=50)]
-Profile = Annotated[Literal["round", "square", "ridge"], Choice()]
 Poisson = Annotated[
     float, Number(above=-1, most=0.4999, note="it must be < 0.5: the laws have no incompressible limit here")
 ]
@@ -178,171 +176,6 @@ class Layers(Table):
     cytosol: Cytosol = Cytosol()
     lamina: Lamina = Lamina()
     nucleoplasm: Nucleoplasm = Nucleoplasm()
-
-
-class Pillar(Table):
-    """A micropillar: |(x - x_um)/half_width_um|^exponent + |(y - y_um)/height_um|^exponent <= 1."""
-
-    x_um: Position = 0.0
-    """Middle of the pillar."""
-    y_um: Position = -10.0
-    """Foot of the pillar."""
-    z_um: Position = 0.0
-    """3-D: middle of the pillar along z."""
-    half_width_um: Length = 10.0
-    """Half of its width at the foot."""
-    width_um: Length | None = None
-    """Its width at the foot, instead of half of it."""
-    height_um: Length = 9.5
-    """From foot to top."""
-    exponent: Exponent = 4.0
-    """How square it is: 2 is an ellipse, 4 the paper's, 20 nearly a box with sharp edges."""
-    profile: Profile | None = None
-    """3-D: its outline from above, round if left out; a ridge is endless along z, as all are in the plane."""
-
-    @model_validator(mode="after")
-    def _half_of_the_width(self) -> Self:
-        if self.width_um is not None and "half_width_um" not in self.model_fields_set:  # a rule refuses both
-            object.__setattr__(self, "half_width_um", self.width_um / 2)
-            object.__setattr__(self, "width_um", None)
-        return self
-
-
-class Array(Table):
-    """A lattice of equal pillars below the cell, in the place of Table 1's; in the plane a row of ridges."""
-
-    lattice: Annotated[Literal["square", "hexagonal"], Choice()] = "square"
-    """How they stand in 3-D: in columns along x and z, or each row half a pitch beside the next."""
-    pitch_um: Length = 10.0
-    """From middle to middle, along x."""
-    profile: Profile | None = None
-    """3-D: outline from above, round if left out; ridges stand in a row along x."""
-    width_um: Length = 5.0
-    """Width of each at the foot."""
-    height_um: Length = 9.5
-    """From foot to top."""
-    exponent: Exponent = 4.0
-    """How square they are, as a pillar's."""
-    y_um: Position = -10.0
-    """Foot of the pillars."""
-    count: Annotated[int | Literal["fill"], Whole(1, 30, ("fill",))] = "fill"
-    """How many along a side (in every other row of a hexagonal one less), or all that the cell might come to touch."""
-    offset_um: Annotated[tuple[float, float], Pair(Number("µm", least=-LARGEST_UM, most=LARGEST_UM))] = (0.0, 0.0)
-    """Place of the cell's centre beside a pillar's middle, along x and z: half the pitch twice is between four."""
-
-
-class Flat(Table):
-    """The flat substrate: everything below y_um."""
-
-    y_um: Position = -10.0
-    """Height of the flat."""
-
-
-class Load(Table):
-    """Gravity and its ramp; half_ramp_s is T_g, and 0 switches the load on at once."""
-
-    gravity_m_s2: Annotated[float, Number("m/s2", least=0, most=1e6)] = 9.81
-    """Gravitational acceleration."""
-    factor: Annotated[float, Number("(no unit)", least=-1e6, most=1e6)] = 1.0
-    """The weight is multiplied by it, as in a centrifuge; below 0, with adhesion only, it lifts the cell."""
-    start_s: Annotated[float, Number("s", least=0, most=1e12)] = 0.0
-    """When it begins, if something else pulls before."""
-    half_ramp_s: Annotated[float, Number("s", least=0, most=1e12)] = 5000.0
-    """T_g: the load grows smoothly and is whole twice this time after its start; 0 puts it on at once."""
-
-
-class Contact(Table):
-    """Penalty contact: its form and its widths; its integrand has a kink, which asks for a high degree."""
-
-    form: Annotated[Literal["surface", "conservative", "volume", "volume-printed"], Choice()] = "surface"
-    """A pressure on the outline, conservative if along its own normal; or a force in the overlap, also as in eq. 27."""
-    penalty_Pa_per_um: Annotated[float, Number("Pa/µm", above=0, most=1e12)] = 50.0
-    """Pressure per depth: the stiffer, the less the cell sinks into the obstacle."""
-    smoothing_um: Length = 1e-4
-    """Depth over which the pressure of the surface forms sets in."""
-    volume_width_um: Length = 0.05
-    """Half-width over which the force of the volume forms sets in, from this far outside."""
-    quadrature_degree: Annotated[int, Whole(2, 60)] = 9
-    """Of the contact integrals."""
-
-    @property
-    def width_key(self) -> str:
-        """The key of the width over which this form's force sets in."""
-        return "smoothing_um" if self.on_surface else "volume_width_um"
-
-    @property
-    def on_surface(self) -> bool:
-        """True if the force is a pressure on the outline."""
-        return not self.form.startswith("volume")
-
-
-class Adhesion(Table):
-    """Adhesion between the cell's surface and obstacles: a pull along their normal, within a range.
-
-    1 µJ/m2 is 1 Pa µm. It is per reference area: what binds stays with the membrane that carries it.
-    """
-
-    work_uJ_m2: Annotated[float, Number("µJ/m2", least=0, most=1e6)] = 20.0
-    """Work of adhesion: what it takes to part the surfaces, per area."""
-    range_um: Length = 0.5
-    """Gap across which it acts; the pull is largest at half of it."""
-    on: tuple[Annotated[Literal["pillar", "flat"], Choice()], ...] = ("pillar", "flat")
-    """What it adheres to."""
-    above_um: Position | None = None
-    """Level above which it does, for printed tops; everywhere if left out."""
-    start_s: Annotated[float, Number("s", least=0, most=1e12)] = 0.0
-    """When it begins."""
-    half_ramp_s: Annotated[float, Number("s", least=0, most=1e12)] = 5000.0
-    """It grows smoothly and is whole twice this time after its start; 0 puts it on at once."""
-
-
-class Actin(Table):
-    """Contractile actin in a part of the reference cell: an active stress, or an active strain (contraction)."""
-
-    where: Annotated[Literal["cap", "basal", "cortex", "sector"], Choice()] = "cortex"
-    """Above the nucleus, below it, all of the membrane, or what radii_um and angles_deg say."""
-    direction: Annotated[Literal["tangential", "meridional", "radial", "x", "vertical"], Choice()] | None = None
-    """Of the pull: along the surface every way or up and down, outwards, along x or y; by `where` if left out."""
-    stress_Pa: Annotated[float, Number("Pa", least=-1e9, most=1e9)] | None = None
-    """Active stress; positive contracts; 100 if contraction is left out, too."""
-    contraction: Annotated[float, Number("(no unit)", above=0, most=0.95)] | None = None
-    """Active strain instead: by how much of a length the solid shortens where nothing holds it."""
-    stiffness_factor: Annotated[float, Number("(no unit)", above=0, most=1e6)] = 1.0
-    """How many times as stiff as its layer the solid of a contracting part is, from the start."""
-    radii_um: (
-        Annotated[tuple[float, float], Pair(Number("µm", least=0, most=LARGEST_UM), "inner and outer", "[5.0, 6.0]")]
-        | None
-    ) = None
-    """Inner and outer radius about the cell's centre."""
-    angles_deg: (
-        Annotated[tuple[float, float], Pair(Number("degrees", least=0, most=180), "from and to", "[0.0, 60.0]")] | None
-    ) = None
-    """From the top, 0, to the bottom, 180."""
-    start_s: Annotated[float, Number("s", least=0, most=1e12)] = 0.0
-    """When it begins."""
-    half_ramp_s: Annotated[float, Number("s", least=0, most=1e12)] = 5000.0
-    """It grows smoothly and is whole twice this time after its start; 0 puts it on at once."""
-
-    @property
-    def pull_Pa(self) -> float:
-        """The active stress [Pa], 0 of what contracts by a strain."""
-        left_out = 0.0 if self.contraction is not None else DEFAULT_PULL_PA
-        return left_out if self.stress_Pa is None else self.stress_Pa
-
-    @property
-    def told(self) -> str:
-        """How it pulls, for people."""
-        if self.contraction is None:
-            return f"{self.pull_Pa:g} Pa"
-        stiffer = "" if self.stiffness_factor == 1.0 else f" and {self.stiffness_factor:g} times as stiff"
-        return f"shorter by {self.contraction:g} where free{stiffer}"
-
-
-class Medium(Table):
-    """What surrounds the cell, besides its density (cell.medium_density_kg_m3)."""
-
-    viscosity_Pa_s: Viscosity = 0.0
-    """It drags on the moving surface, in all with Stokes' 6 π η R v on a rigid ball; water has 0.001."""
 
 
 class Time(Table):

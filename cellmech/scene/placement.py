@@ -15,8 +15,8 @@ from typing import NamedTuple
 from cellmech.mechanics.obstacles import Pillar
 from cellmech.mechanics.pillars import RoundPillar
 from cellmech.scene.inputs import Inputs
-from cellmech.scene.parts import Flat
 from cellmech.scene.substrate import Standing, Upright, standing
+from cellmech.scene.substrate_parts import Flat
 from cellmech.scene.touch import gradient_of, meet
 
 Obstacle = int | str  # a pillar by its index, one of the array by its name, "flat"

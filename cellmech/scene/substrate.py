@@ -11,7 +11,7 @@ from typing import Literal, NamedTuple, TypeAlias
 from cellmech.mechanics import obstacles
 from cellmech.mechanics.pillars import RoundPillar, SquarePillar
 from cellmech.scene.inputs import Inputs
-from cellmech.scene.parts import Array, Pillar
+from cellmech.scene.substrate_parts import Array, Pillar
 
 Upright: TypeAlias = obstacles.Pillar | RoundPillar | SquarePillar
 Shape: TypeAlias = Literal["quarter", "half", "full"]

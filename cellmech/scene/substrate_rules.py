@@ -8,9 +8,9 @@ from collections.abc import Iterator
 from cellmech.scene.breach import Breach
 from cellmech.scene.inputs import Inputs
 from cellmech.scene.limits import below, told
-from cellmech.scene.parts import Array
 from cellmech.scene.placement import TIE
 from cellmech.scene.substrate import MOST_PILLARS, Standing, Upright, crowded, endless, standing, symmetric
+from cellmech.scene.substrate_parts import Array
 from cellmech.scene.touch import meet
 
 PLANES = {"x": "x = 0", "z": "z = 0", "xz": "x = 0 and z = 0"}

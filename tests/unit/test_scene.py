@@ -10,10 +10,12 @@ from pydantic import ValidationError
 from pydantic_core import PydanticCustomError
 
 from cellmech.errors import InputError
+from cellmech.scene.driver_parts import Load
 from cellmech.scene.files import read_scene, scene_hash, scene_to_toml
-from cellmech.scene.parts import LAYER_NAMES, Cell, Load, Pillar
+from cellmech.scene.parts import LAYER_NAMES, Cell
 from cellmech.scene.placement import Placement, overlaps, placement, rest_beside
 from cellmech.scene.scene import Scene
+from cellmech.scene.substrate_parts import Pillar
 from cellmech.scene.value_types import Number
 
 FILE = "my/scene.toml"
