@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 AT_ONCE = 256  # segments that are compared with all others together
 ON_AXIS = 1e-9  # of the boundary's size: nearer ends are one
@@ -75,6 +74,8 @@ def crossing_of_triangles(triangles: np.ndarray, mirrored: Sequence[int] = ()) -
 
 def _near(triangles: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Numbers of triangles whose circles about their centroids meet: those of a size with all that are not larger."""
+    from scipy.spatial import cKDTree  # a tenth of the start of Python, for who looks for crossings in space only
+
     centre = triangles.mean(axis=1)
     reach = np.linalg.norm(triangles - centre[:, None], axis=-1).max(axis=1)
     octave = np.floor(np.log2(np.maximum(reach, np.finfo(float).tiny)))

@@ -71,13 +71,12 @@ class CellShape:
         """Where points at x in the mesh of circles lie in the cell, from its centre [µm], shape (n, d) both."""
         nucleoplasm, nucleus, free, rim = self.radii_um
         shell = nucleus - nucleoplasm
-        inner = nucleus - shell
         r = np.linalg.norm(x, axis=1)
         up = np.zeros_like(x)
         up[:, 1] = 1.0
         e = np.divide(x, r[:, None], out=up, where=r[:, None] > 0)
         rho, offset = self.nucleus.reach(e), np.array(self.nucleus.offset)
-        scaled = np.where(r < inner, (rho - shell) * r / inner, rho - nucleus + r)
+        scaled = np.where(r < nucleoplasm, (rho - shell) * r / nucleoplasm, rho - nucleus + r)
         within = offset + scaled[:, None] * e
         fades = np.clip((free - r) / (free - nucleus), 0.0, 1.0)[:, None]
         beyond = x + fades * (offset + (rho - nucleus)[:, None] * e)

@@ -11,7 +11,6 @@ from collections.abc import Iterator
 
 import numpy as np
 from dolfinx import fem
-from scipy.spatial import cKDTree
 
 from cellmech.cell.observables import Observer
 from cellmech.fem.boundary import boundary
@@ -60,18 +59,13 @@ def around(edges: np.ndarray, half: bool) -> np.ndarray:
     if half:
         image = edges[:, [1, 0, *range(edges.shape[1] - 1, 1, -1)]] * [-1.0, 1.0]
         edges = np.concatenate([edges, image])
-    tree, left, order = cKDTree(edges[:, 0]), np.ones(len(edges), dtype=bool), []
-    at = int(np.argmin(edges[:, 0, 1]))
-    for _ in range(len(edges)):
-        order.append(at)
-        left[at] = False
-        near = 4
-        while left.any():
-            following = np.atleast_1d(tree.query(edges[at, 1], min(near, len(edges)))[1])
-            if left[following].any():
-                at = int(following[np.argmax(left[following])])
-                break
-            near *= 4
+    order = [int(np.argmin(edges[:, 0, 1]))]
+    left = np.delete(np.arange(len(edges)), order)
+    while len(left):
+        ways = edges[left, 0] - edges[order[-1], 1]
+        following = int(np.argmin(np.einsum("nk,nk->n", ways, ways)))
+        order.append(int(left[following]))
+        left = np.delete(left, following)
     return _points(edges[order])
 
 
