@@ -12,9 +12,9 @@ from cellmech.errors import InputError
 from cellmech.figures.render import surface_of
 from cellmech.figures.style import LAYER_COLOURS
 from cellmech.results.records import PARTIAL, write_whole
-from cellmech.results.result import Result, modelled
+from cellmech.results.result import Result
 from cellmech.results.substrate_file import substrate_triangles
-from cellmech.results.vtu import MIRRORED
+from cellmech.results.vtu import IMAGE, MIRRORED
 from cellmech.scene.scene import Scene
 
 
@@ -54,7 +54,7 @@ def write_paraview(case: Result, out: Path, stem: str) -> int:
 
 
 def whole(grid: Any, mirrors: str) -> Any:
-    """A field file's cell, displaced, with its images at x = 0 and z = 0.
+    """A field file's cell, displaced, with its images at x = 0 and z = 0, which are made where the file has none.
 
     Args:
         grid: of a field file.
@@ -62,12 +62,12 @@ def whole(grid: Any, mirrors: str) -> Any:
     """
     import pyvista
 
-    grid = modelled(grid)
     (kind, cells), *_ = grid.cells_dict.items()
     moved = np.asarray(grid.points) + np.asarray(grid.point_data["displacement_um"])
     points, layer = moved.astype(np.float32), np.asarray(grid.cell_data["layer"])
     data = {name: np.asarray(of, dtype=np.float32) for name, of in grid.point_data.items()}  # half the bytes
-    for axis in mirrors:
+    images = IMAGE in grid.cell_data and np.any(grid.cell_data[IMAGE])
+    for axis in "" if images else mirrors:
         sign = np.where(np.arange(3) == "xyz".index(axis), -1, 1).astype(np.float32)
         cells = np.concatenate([cells, cells[:, MIRRORED[cells.shape[1]]] + len(points)])
         points, layer = np.concatenate([points, points * sign]), np.tile(layer, 2)

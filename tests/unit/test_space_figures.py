@@ -21,14 +21,15 @@ from cellmech.figures.body import START, Body, Patch, read_body
 from cellmech.figures.field_picture import draw_field, read_state
 from cellmech.figures.film import make_turntable, write_film
 from cellmech.figures.geometry_figure import draw_geometry
-from cellmech.figures.paraview_files import write_paraview
+from cellmech.figures.paraview_files import whole, write_paraview
 from cellmech.figures.reference import rest_of
 from cellmech.figures.shape_figure import draw_case
 from cellmech.figures.shapes import read_pose
 from cellmech.figures.space import Paint, Stage, scale_of
 from cellmech.figures.style import FADED, LAYER_COLOURS, QUANTITIES, SUBSTRATE, less_rest, rests
 from cellmech.figures.substrate import behind, footprints, polygons
-from cellmech.results.result import load
+from cellmech.results.result import load, read_grid
+from cellmech.results.vtu import packed, write_vtu
 from cellmech.scene.scene import Scene
 
 LATTICE = {"pillar": [], "array": {"profile": "square", "height_um": 5.0, "offset_um": [5.0, 5.0]}}
@@ -247,6 +248,17 @@ class TestFilesForParaView:
         np.testing.assert_allclose(
             np.log10(membrane["sigma_mises_Pa"]), (membrane.points - moved)[:, 1] / 10, atol=1e-6
         )
+
+    def test_a_file_that_has_its_images_is_mirrored_no_further(self, tmp_path: Path) -> None:
+        corners = np.array([[[0.1, 0.1, 0.1], [1, 0, 0], [0, 1, 0], [0, 0, 1]]])
+        fields = {"displacement_um": lean(corners)}
+        piece, blocks = packed(corners, fields, {"layer": np.zeros(1, dtype=np.int32)}, "xz")
+        write_vtu(tmp_path / "fields.vtu", [piece], blocks)
+        grid = read_grid(tmp_path / "fields.vtu")
+        found = whole(grid, "xz")
+        assert found.n_cells == 4
+        moved = np.asarray(grid.points) + lean(np.asarray(grid.points))
+        np.testing.assert_allclose(found.points, moved, atol=1e-6)
 
     def test_a_plane_cell_has_both_halves_and_the_section_of_its_substrate(self, tmp_path: Path) -> None:
         write_case(tmp_path / "yeoh", "yeoh", 0, sag)
