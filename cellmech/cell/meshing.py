@@ -96,8 +96,8 @@ def bends_of(scene: Scene, centre: tuple[float, ...], at: tuple[float, ...]) -> 
     """
     wide, high = scene.semi_axes_um
     across = [(x - middle) / wide for k, (x, middle) in enumerate(zip(at, centre, strict=True)) if k != 1]
-    length = gradient_of(high / wide, across)
-    return wide / (high / wide) * length**3, wide / (high / wide) * length
+    length, at_the_pole = gradient_of(high / wide, across), wide / (high / wide)
+    return at_the_pole * length**3, at_the_pole * length
 
 
 def _in_the_mesh(

@@ -111,7 +111,7 @@ def _draw_section(axes: Axes, section: Patch, body: Body, scene: Scene, paint: P
     if paint.norm is not None:
         draw_rim(axes, section)
     if body.in_space:
-        _name(axes, f"section {_place(body, 'z')}" + ("; pillars beside it are pale" if behind(scene) else ""))
+        _name(axes, f"section {_place(body, 'z')}" + (";\npillars beside it are pale" if behind(scene) else ""))
 
 
 def draw_rim(axes: Axes, section: Patch, plane: tuple[int, int] = (0, 1), sign: float = 1.0) -> None:
